@@ -1,0 +1,44 @@
+// Convex hull of a point set: vertices, planar faces with counter-clockwise loops, edges. Built once (Qhull), then constant.
+#pragma once
+
+#include "engine/base/math.hpp"
+
+#include <vector>
+
+namespace cairn {
+
+class ConvexHull {
+public:
+    // A planar face: outward unit normal, normal·x = offset on it, and its vertices, counter-clockwise seen from outside:
+    // loop[first] … loop[first + count − 1].
+    struct Face {
+        Vec3 normal = Vec3::Zero();
+        Real offset = 0;
+        int first = 0;
+        int count = 0;
+    };
+
+    // Throws Error if fewer than 4 points, not finite, or without volume. Points inside the hull and duplicates are dropped; coplanar
+    // facets are merged into one face.
+    explicit ConvexHull(const std::vector<Vec3>& points);
+
+    const std::vector<Vec3>& vertices() const { return vertices_; }
+    const std::vector<Face>& faces() const { return faces_; }
+    const std::vector<int>& loop() const { return loop_; }  // vertex indices of all faces, one face after the other
+    const Vec3& centroid() const { return centroid_; }
+    Real inner_radius() const { return inner_radius_; }  // of the largest centred (at the centroid) sphere inside
+    Real outer_radius() const { return outer_radius_; }  // of the sphere about the shape's origin that holds all vertices
+
+    // Index of a vertex farthest along d (need not be unit). Deterministic.
+    int support(const Vec3& d) const;
+
+private:
+    std::vector<Vec3> vertices_;
+    std::vector<Face> faces_;
+    std::vector<int> loop_;
+    Vec3 centroid_ = Vec3::Zero();
+    Real inner_radius_ = 0;
+    Real outer_radius_ = 0;
+};
+
+}  // namespace cairn

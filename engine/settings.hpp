@@ -1,0 +1,26 @@
+// How a world steps. Every value has a default that is meant to be kept.
+#pragma once
+
+#include "engine/base/math.hpp"
+
+#include <cstdint>
+
+namespace cairn {
+
+// How a position error (penetration, joint separation) is worked off.
+//   kSoft           biased solve moves the positions, a second, unbiased solve sets the velocities: no energy enters through the bias
+//   kTargetVelocity Baumgarte (1972): the bias is part of the velocity, the textbook method
+//   kNone           not at all: positions drift
+enum class Stabilisation : std::uint8_t { kSoft, kTargetVelocity, kNone };
+
+struct WorldSettings {
+    Vec3 gravity{0, 0, -9.81};  // [m/s²]
+    int substeps = 4;           // per step, >= 1
+    int iterations = 1;         // most sweeps per solve, >= 1
+    Real residual_tolerance = 0;  // [m/s]: a solve stops sweeping once no row changes its velocity by more; 0: sweep to the maximum
+    Stabilisation stabilisation = Stabilisation::kSoft;
+    bool sleep = false;
+    int threads = 1;
+};
+
+}  // namespace cairn
