@@ -7,6 +7,7 @@
 
 namespace cairn {
 
+class ConvexHull;
 struct Shape;
 
 // Volume [m³], centroid [m] and inertia about the centroid at unit density [m⁵]; both in the frame the shape's X_BS leads to.
@@ -18,6 +19,9 @@ struct VolumeProperties {
 
 // Closed forms for sphere, box, capsule, cylinder; signed tetrahedra for convex hulls (Tonon 2004). Zero for planes and meshes.
 VolumeProperties volume_properties(const Shape& shape);
+
+// Of a hull in its own frame.
+VolumeProperties volume_properties(const ConvexHull& hull);
 
 // Sum over shapes (overlaps counted twice), inertia about the common centroid (Steiner's theorem). Zero volume gives all zero.
 VolumeProperties volume_properties(const std::vector<Shape>& shapes);

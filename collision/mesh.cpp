@@ -1,0 +1,219 @@
+#include "collision/mesh.hpp"
+
+#include "engine/base/error.hpp"
+
+#include <algorithm>
+#include <numeric>
+#include <string>
+#include <tuple>
+#include <utility>
+
+namespace cairn {
+namespace {
+
+constexpr int kLeafSize = 4;
+constexpr int kBins = 12;
+constexpr int kMaxSahDepth = 30;  // deeper, nodes are halved by count: at most 30 + 32 levels for any int count of triangles
+constexpr int kStackSize = 64;
+constexpr Real kSliver = 1e-12;  // smallest area relative to the longest edge squared
+
+using Triangle = std::array<int, 3>;
+
+void check_vertices(const std::vector<Vec3>& vertices) {
+    for (std::size_t i = 0; i < vertices.size(); ++i)
+        for (int k = 0; k < 3; ++k)
+            if (!std::isfinite(vertices[i][k])) throw_invalid("mesh vertex " + std::to_string(i), vertices[i][k], "finite");
+}
+
+void check_indices(const std::vector<Triangle>& triangles, int vertex_count) {
+    if (triangles.empty()) throw_invalid("mesh, number of triangles", 0, "> 0");
+    for (std::size_t t = 0; t < triangles.size(); ++t)
+        for (const int i : triangles[t])
+            if (i < 0 || i >= vertex_count)
+                throw_invalid("mesh triangle " + std::to_string(t) + ", vertex index", i, "in [0, " + std::to_string(vertex_count) + ")");
+}
+
+std::vector<Vec3> unit_normals(const std::vector<Vec3>& vertices, const std::vector<Triangle>& triangles) {
+    std::vector<Vec3> normals;
+    normals.reserve(triangles.size());
+    for (std::size_t t = 0; t < triangles.size(); ++t) {
+        const Vec3& a = vertices[triangles[t][0]];
+        const Vec3& b = vertices[triangles[t][1]];
+        const Vec3& c = vertices[triangles[t][2]];
+        const Vec3 area = (b - a).cross(c - a);
+        const Real longest = std::max({(b - a).squaredNorm(), (c - b).squaredNorm(), (a - c).squaredNorm()});
+        if (!(area.norm() > kSliver * longest))
+            throw_invalid("mesh triangle " + std::to_string(t) + ", area", area.norm() / 2, "> 0 (its vertices lie on a line)");
+        normals.push_back(area.normalized());
+    }
+    return normals;
+}
+
+// For each vertex the first one, in order of position, that stands at exactly the same place.
+std::vector<int> welded(const std::vector<Vec3>& vertices) {
+    std::vector<int> order(vertices.size());
+    std::iota(order.begin(), order.end(), 0);
+    const auto position = [&](int i) { return std::make_tuple(vertices[i].x(), vertices[i].y(), vertices[i].z()); };
+    std::sort(order.begin(), order.end(), [&](int a, int b) { return std::make_tuple(position(a), a) < std::make_tuple(position(b), b); });
+    std::vector<int> first(vertices.size());
+    for (std::size_t i = 0; i < order.size(); ++i) {
+        const bool same = i > 0 && position(order[i]) == position(order[i - 1]);
+        first[order[i]] = same ? first[order[i - 1]] : order[i];
+    }
+    return first;
+}
+
+struct DirectedEdge {
+    int from, to, triangle;
+    bool operator<(const DirectedEdge& e) const { return std::tie(from, to, triangle) < std::tie(e.from, e.to, e.triangle); }
+};
+
+std::vector<Triangle> find_neighbours(const std::vector<Vec3>& vertices, const std::vector<Triangle>& triangles) {
+    const std::vector<int> id = welded(vertices);
+    std::vector<DirectedEdge> edges;
+    edges.reserve(3 * triangles.size());
+    for (int t = 0; t < static_cast<int>(triangles.size()); ++t)
+        for (int k = 0; k < 3; ++k) edges.push_back({id[triangles[t][k]], id[triangles[t][(k + 1) % 3]], t});
+    std::sort(edges.begin(), edges.end());
+
+    std::vector<Triangle> neighbours(triangles.size());
+    for (std::size_t t = 0; t < triangles.size(); ++t)
+        for (int k = 0; k < 3; ++k) {
+            const DirectedEdge twin{id[triangles[t][(k + 1) % 3]], id[triangles[t][k]], 0};
+            const auto found = std::lower_bound(edges.begin(), edges.end(), twin);
+            const bool shared = found != edges.end() && found->from == twin.from && found->to == twin.to;
+            neighbours[t][k] = shared ? found->triangle : -1;
+        }
+    return neighbours;
+}
+
+Aabb triangle_box(const std::vector<Vec3>& vertices, const Triangle& t) {
+    const Vec3 &a = vertices[t[0]], &b = vertices[t[1]], &c = vertices[t[2]];
+    return {a.cwiseMin(b).cwiseMin(c), a.cwiseMax(b).cwiseMax(c)};
+}
+
+// Orders a range of triangles so that its two halves make good children.
+class Splitter {
+public:
+    explicit Splitter(std::vector<Aabb> boxes) : boxes_(std::move(boxes)) {}
+
+    Aabb bounds(const int* first, const int* last) const {
+        Aabb box = boxes_[*first];
+        for (const int* i = first; i != last; ++i) box = box.merged(boxes_[*i]);
+        return box;
+    }
+
+    // The start of the second child, strictly between first and last.
+    int* split(int* first, int* last, int depth) const {
+        Vec3 lo = centre(*first), hi = lo;
+        for (const int* i = first; i != last; ++i) lo = lo.cwiseMin(centre(*i)), hi = hi.cwiseMax(centre(*i));
+        int axis = 0;
+        (hi - lo).maxCoeff(&axis);
+        if (depth < kMaxSahDepth && hi[axis] > lo[axis]) {
+            int* middle = split_by_area(first, last, axis, lo[axis], hi[axis]);
+            if (middle != first && middle != last) return middle;
+        }
+        int* middle = first + (last - first) / 2;
+        std::nth_element(first, middle, last,
+                         [&](int a, int b) { return std::make_pair(centre(a)[axis], a) < std::make_pair(centre(b)[axis], b); });
+        return middle;
+    }
+
+private:
+    Vec3 centre(int i) const { return 0.5 * (boxes_[i].lo + boxes_[i].hi); }
+
+    // Surface area heuristic over bins along one axis (Wald 2007): minimal Σ area · count of the children.
+    int* split_by_area(int* first, int* last, int axis, Real lo, Real hi) const {
+        const auto bin_of = [&](int i) { return std::min(kBins - 1, static_cast<int>(kBins * ((centre(i)[axis] - lo) / (hi - lo)))); };
+        std::array<Aabb, kBins> box;
+        std::array<int, kBins> count{};
+        for (const int* i = first; i != last; ++i) {
+            const int b = bin_of(*i);
+            box[b] = count[b]++ ? box[b].merged(boxes_[*i]) : boxes_[*i];
+        }
+        std::array<Real, kBins> cost{};  // cost[b]: of splitting before bin b
+        add_costs(box, count, cost, false);
+        add_costs(box, count, cost, true);
+        const int best = static_cast<int>(std::min_element(cost.begin() + 1, cost.end()) - cost.begin());
+        return std::partition(first, last, [&](int i) { return bin_of(i) < best; });
+    }
+
+    static void add_costs(const std::array<Aabb, kBins>& box, const std::array<int, kBins>& count, std::array<Real, kBins>& cost,
+                          bool backward) {
+        Aabb sum;
+        int n = 0;
+        for (int step = 0; step + 1 < kBins; ++step) {
+            const int b = backward ? kBins - 1 - step : step;
+            if (count[b] > 0) sum = n > 0 ? sum.merged(box[b]) : box[b];
+            n += count[b];
+            cost[backward ? b : b + 1] += n > 0 ? n * sum.half_area() : 0;
+        }
+    }
+
+    std::vector<Aabb> boxes_;
+};
+
+}  // namespace
+
+TriangleMesh::TriangleMesh(std::vector<Vec3> vertices, std::vector<std::array<int, 3>> triangles)
+    : vertices_(std::move(vertices)), triangles_(std::move(triangles)) {
+    check_vertices(vertices_);
+    check_indices(triangles_, static_cast<int>(vertices_.size()));
+    normals_ = unit_normals(vertices_, triangles_);
+    neighbours_ = find_neighbours(vertices_, triangles_);
+
+    std::vector<Aabb> boxes;
+    boxes.reserve(triangles_.size());
+    for (const Triangle& t : triangles_) boxes.push_back(triangle_box(vertices_, t));
+    const Splitter splitter(std::move(boxes));
+    order_.resize(triangles_.size());
+    std::iota(order_.begin(), order_.end(), 0);
+
+    // Depth first, so that a node's first child follows it; the second one is patched into its parent when it is reached.
+    struct Task {
+        int *first, *last;
+        int depth, parent;
+    };
+    std::vector<Task> tasks{{order_.data(), order_.data() + order_.size(), 0, -1}};
+    while (!tasks.empty()) {
+        const Task task = tasks.back();
+        tasks.pop_back();
+        const int index = static_cast<int>(nodes_.size());
+        nodes_.push_back({splitter.bounds(task.first, task.last), 0, 0});
+        if (task.parent >= 0) nodes_[task.parent].right = index;
+        const int count = static_cast<int>(task.last - task.first);
+        if (count <= kLeafSize) {
+            nodes_[index].right = static_cast<std::int32_t>(task.first - order_.data());
+            nodes_[index].count = count;
+            continue;
+        }
+        int* const middle = splitter.split(task.first, task.last, task.depth);
+        tasks.push_back({middle, task.last, task.depth + 1, index});
+        tasks.push_back({task.first, middle, task.depth + 1, -1});
+    }
+    bounds_ = nodes_[0].box;
+}
+
+void TriangleMesh::query(const Aabb& box, std::vector<int>& out) const {
+    const std::ptrdiff_t begin = static_cast<std::ptrdiff_t>(out.size());
+    std::array<int, kStackSize> stack;
+    int size = 0;
+    stack[size++] = 0;
+    while (size > 0) {
+        const int index = stack[--size];
+        const Node& node = nodes_[index];
+        if (!node.box.overlaps(box)) continue;
+        if (node.count == 0) {
+            stack[size++] = node.right;
+            stack[size++] = index + 1;
+            continue;
+        }
+        for (int i = 0; i < node.count; ++i) {
+            const int t = order_[node.right + i];
+            if (triangle_box(vertices_, triangles_[t]).overlaps(box)) out.push_back(t);
+        }
+    }
+    std::sort(out.begin() + begin, out.end());
+}
+
+}  // namespace cairn
