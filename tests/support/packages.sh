@@ -1,0 +1,54 @@
+# Sourced by tests/run.sh and apps/bench.sh: `install_packages` sees to it that everything Cairn is built from is on the machine.
+# On Debian and its relatives it installs what is missing, and only that; elsewhere it prints what is needed and goes on.
+
+cairn_packages=(
+    g++ cmake ninja-build                                # CMake >= 3.25, a C++20 compiler
+    libeigen3-dev libfcl-dev libccd-dev libqhull-dev     # the engine
+    nlohmann-json3-dev libcli11-dev libfmt-dev           # scene files, the command line
+    catch2                                               # the tests
+)
+
+install_packages() {
+    local package state missing=()
+    if ! command -v dpkg-query >/dev/null || ! command -v apt-get >/dev/null; then
+        echo "This is no Debian: nothing is installed here. Cairn needs what Debian calls"
+        echo "    ${cairn_packages[*]}"
+        check_tools
+        return
+    fi
+    for package in "${cairn_packages[@]}"; do
+        state=$(dpkg-query -W -f='${db:Status-Status}' "$package" 2>/dev/null) || state=
+        [ "$state" = installed ] || missing+=("$package")
+    done
+    if [ ${#missing[@]} -gt 0 ]; then
+        echo "Installing Debian packages: ${missing[*]}"
+        if ! as_root true; then
+            echo "Missing packages need root, and sudo does not give it. Run as root, then start again:" >&2
+            echo "    apt-get update && apt-get install -y --no-install-recommends ${missing[*]}" >&2
+            return 1
+        fi
+        # A source list that does not answer must not stop what the others can give.
+        as_root apt-get -o Acquire::Retries=3 update -qq || echo "apt-get update did not end well; trying with the lists that are there"
+        as_root env DEBIAN_FRONTEND=noninteractive apt-get -o Acquire::Retries=3 -o DPkg::Lock::Timeout=600 \
+            install -y -qq --no-install-recommends "${missing[@]}" </dev/null
+    fi
+    check_tools
+}
+
+# Runs a command as root: plainly if we are, else through sudo (which may ask for a password only if there is somebody to ask).
+as_root() {
+    if [ "$(id -u)" -eq 0 ]; then
+        "$@"
+    elif command -v sudo >/dev/null; then
+        if [ -t 0 ]; then sudo "$@"; else sudo -n "$@"; fi
+    else
+        return 1
+    fi
+}
+
+check_tools() {
+    local tool
+    for tool in cmake ninja c++; do
+        command -v "$tool" >/dev/null || { echo "Cannot go on: there is no $tool on this machine." >&2; return 1; }
+    done
+}
