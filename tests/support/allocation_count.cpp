@@ -28,10 +28,12 @@ std::uint64_t count() {
 extern "C" {
 
 // The C library's own functions, under the names it exports for programs that replace malloc.
+// NOLINTBEGIN(bugprone-reserved-identifier,readability-identifier-naming)
 void* __libc_malloc(std::size_t);
 void* __libc_calloc(std::size_t, std::size_t);
 void* __libc_realloc(void*, std::size_t);
 void* __libc_memalign(std::size_t, std::size_t);
+// NOLINTEND(bugprone-reserved-identifier,readability-identifier-naming)
 
 void* malloc(std::size_t size) {
     g_count.fetch_add(1, std::memory_order_relaxed);
