@@ -1,0 +1,99 @@
+// The manifold cache: what touches what, with the impulses of the last step, owned by the engine and part of the world's state.
+//
+// One contact per pair of shapes whose fat boxes overlap. Its manifolds hold their points in the bodies' frames, so that a manifold can be
+// reused while the pair moves together; new points take over the impulses of the old ones that they match: by feature id, else by the
+// nearest anchor. The friction impulse is kept as a world vector and projected on the new tangents.
+#pragma once
+
+#include "collision/manifold.hpp"
+#include "collision/narrow_phase.hpp"
+#include "engine/pair_map.hpp"
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace cairn {
+
+struct CachedPoint {
+    Vec3 core_a_A = Vec3::Zero();  // [m], core points in the bodies' frames
+    Vec3 core_b_B = Vec3::Zero();
+    Real radius_a = 0;
+    Real radius_b = 0;
+    Real separation = 0;  // [m], at the start of the last step
+    std::uint32_t feature = 0;
+    Real warm_normal = 0;                // [N s], of one substep: the warm start
+    Vec3 warm_friction = Vec3::Zero();   // [N s], world, likewise
+    Real normal_impulse = 0;             // [N s], summed over the last step's substeps
+    Real friction_impulse[2] = {0, 0};   // [N s], along t1 and n × t1, likewise
+    Vec3 t1 = Vec3::Zero();              // unit, world; zero: none yet
+};
+
+struct CachedManifold {
+    Vec3 n = Vec3::UnitZ();        // unit, world, from B to A, at the start of the last step
+    Vec3 n_local = Vec3::UnitZ();  // in the frame of the body that owns it (of B if neither does)
+    NormalOwner owner = NormalOwner::kNone;
+    std::uint32_t sub_key = 0;
+    int count = 0;
+    std::array<CachedPoint, kMaxManifoldPoints> points;
+};
+
+// Where a point's surface points are: r_A on A and r_B on B, world, given the bodies' poses and the manifold's n (at these poses).
+struct SurfacePoints {
+    Vec3 p_a;
+    Vec3 p_b;
+};
+SurfacePoints surface_points(const CachedManifold& manifold, const CachedPoint& point, const Transform& X_WA, const Transform& X_WB);
+
+struct Contact {
+    std::uint32_t shape_a = 0;
+    std::uint32_t shape_b = 0;
+    std::uint32_t body_a = 0;
+    std::uint32_t body_b = 0;
+    Real mu = 0;           // sqrt(μ_a μ_b)
+    Real restitution = 0;  // max(e_a, e_b)
+    Real size = 0;         // [m], of the smaller shape: tolerances are relative to it
+    bool alive = false;
+    bool fresh = true;          // not yet asked of the narrow phase
+    PairCache cache;
+    Transform X_AB_query;       // pose of B in A when the narrow phase was last asked
+    Real query_margin = 0;      // [m], the margin it was asked with
+    int manifold_count = 0;
+    CachedManifold first;
+    std::vector<CachedManifold> extra;  // of mesh pairs; keeps its memory
+
+    CachedManifold& manifold(int i) { return i == 0 ? first : extra[i - 1]; }
+    const CachedManifold& manifold(int i) const { return i == 0 ? first : extra[i - 1]; }
+};
+
+class ContactStore {
+public:
+    // Adds the contact of a pair of shapes; returns its slot. Slots are reused and keep their memory.
+    std::uint32_t add(const Contact& contact);
+    void remove(std::uint32_t shape_a, std::uint32_t shape_b);
+    // The slot of a pair or PairMap::kNone.
+    std::uint32_t find(std::uint32_t shape_a, std::uint32_t shape_b) const { return map_.find(key(shape_a, shape_b)); }
+
+    // All slots, alive or not, in a fixed order.
+    std::vector<Contact>& slots() { return slots_; }
+    const std::vector<Contact>& slots() const { return slots_; }
+    std::size_t size() const { return slots_.size() - free_.size(); }
+
+    // True if the pair moved so little since the narrow phase was asked that its manifolds still hold. X_AB: B in A now; margin: wanted now.
+    static bool is_reusable(const Contact& contact, const Transform& X_AB, Real margin);
+    // Brings n and the separations of a reused contact to the present poses; impulses stay.
+    static void refresh(Contact& contact, const Transform& X_WA, const Transform& X_WB);
+    // Takes over fresh manifolds and matches them with the old ones.
+    static void replace(Contact& contact, const Manifold* fresh, int count, const Transform& X_WA, const Transform& X_WB);
+    static void clear(Contact& contact) { contact.manifold_count = 0; }
+
+private:
+    static std::uint64_t key(std::uint32_t a, std::uint32_t b) {
+        return a < b ? (std::uint64_t{a} << 32 | b) : (std::uint64_t{b} << 32 | a);
+    }
+    std::vector<Contact> slots_;
+    std::vector<std::uint32_t> free_;
+    PairMap map_;
+};
+
+}  // namespace cairn

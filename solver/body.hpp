@@ -1,0 +1,54 @@
+// Bodies as the solvers see them: one array of velocities, one of everything else. Index kImmovable is the world; static and kinematic bodies have
+// zero inverse mass and inertia, and solvers never write their velocity.
+#pragma once
+
+#include "solver/rotor.hpp"
+
+#include <vector>
+
+namespace cairn {
+
+constexpr int kImmovable = 0;
+
+// All in World.
+struct BodyVelocity {
+    Vec3 v = Vec3::Zero();  // [m/s], of the centre of mass
+    Vec3 w = Vec3::Zero();  // [rad/s]
+};
+
+struct BodyMotion {
+    Vec3 x = Vec3::Zero();          // [m], centre of mass
+    Quat q = Quat::Identity();      // body to world
+    Mat3 R = Mat3::Identity();      // matrix of q
+    Real inv_mass = 0;              // [1/kg]
+    Mat3 inv_inertia_B = Mat3::Zero();  // [1/(kg m²)], body frame
+    Mat3 inv_inertia_W = Mat3::Zero();  // the same in World, at R
+    Vec3 acceleration = Vec3::Zero();   // [m/s²], of gravity and the constant force
+    Vec3 torque = Vec3::Zero();         // [N m], constant, world
+    RotorInertia rotor;
+    Real turned = 0;  // [rad], sum of ‖w‖h since the step began: bounds how far R is from where rows were built
+    bool moves = false;
+};
+
+struct SolverBodies {
+    std::vector<BodyVelocity> velocity;  // size n
+    std::vector<BodyMotion> motion;      // size n
+    void clear() {
+        velocity.clear();
+        motion.clear();
+    }
+    int size() const { return static_cast<int>(motion.size()); }
+};
+
+// v += h a, w += h I⁻¹ τ for the dynamic bodies of [begin, end).
+void kick(SolverBodies& bodies, int begin, int end, Real h);
+
+// Moves bodies of [begin, end) by their velocities over h: x += h v; rotation by the free-rigid-body flow (Verlet's drift, so that
+// kick(h/2), drift(h), kick(h/2) is of 2nd order and exact under constant acceleration). Returns the number of rotor calls that were not
+// spherical.
+int drift(SolverBodies& bodies, int begin, int end, Real h);
+
+// Moves kinematic bodies of [begin, end): constant velocity, rotation about a fixed axis.
+void drift_kinematic(SolverBodies& bodies, int begin, int end, Real h);
+
+}  // namespace cairn

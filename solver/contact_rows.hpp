@@ -1,0 +1,118 @@
+// Contact rows: non-penetration and pyramidal friction, in pools.
+//
+// A block is one manifold: bodies A and B, unit normal n from B to A, up to four points. Per point, with r_A, r_B the arms from the centres of mass:
+//     normal    C = nᵀ(x_A + r_A − x_B − r_B) >= 0    G = [nᵀ, (r_A × n)ᵀ, −nᵀ, −(r_B × n)ᵀ]    λ_N >= 0
+//     friction  along the tangent t: G with t for n, −μ λ_N <= α <= μ λ_N, two rows per point, t₂ = n × t₁ (pyramid)
+//     S = G M⁻¹ Gᵀ = 1/m_A + 1/m_B + (r_A × n)ᵀ I_A⁻¹ (r_A × n) + (r_B × n)ᵀ I_B⁻¹ (r_B × n)
+// All in World. Impulses in N s; +λ acts on A. Sources: Baraff 1997; Catto 2005 (accumulated impulses), 2014 (substeps with soft rows).
+#pragma once
+
+#include "solver/body.hpp"
+#include "solver/softness.hpp"
+
+#include <cstdint>
+#include <vector>
+
+namespace cairn {
+
+// Jacobian of one scalar contact or friction row and what follows from it. The linear part is ±n (or ±t) and lives in the block.
+struct PointRow {
+    Vec3 ang_a = Vec3::Zero();   // r_A × n
+    Vec3 ang_b = Vec3::Zero();   // r_B × n (enters G with a minus)
+    Vec3 iang_a = Vec3::Zero();  // I_A⁻¹ (r_A × n)
+    Vec3 iang_b = Vec3::Zero();
+    Real mass = 0;  // 1 / S [kg]; 0 where neither body can move
+};
+
+// G M⁻¹ Gᵀ and the parts of M⁻¹ Gᵀ of a row along `direction` at arms r_a, r_b.
+PointRow make_point_row(const Vec3& direction, const Vec3& r_a, const Vec3& r_b, const BodyMotion& a, const BodyMotion& b);
+
+struct NormalRow : PointRow {
+    Real separation = 0;  // [m], C at the current poses
+    Real curvature = 0;   // [m/s²], Ġ v: what the linear prediction of C misses is h²/2 of it
+    Real lift = 0;        // [m], separation wanted at the end of the drift (0 but for a bounce in it)
+    Real bounce = 0;      // [m/s], relative normal velocity wanted after the substep (0 but for a bounce)
+};
+
+struct FrictionRow : PointRow {
+    Vec3 t = Vec3::UnitX();  // unit tangent
+};
+
+// Where a point sits: material core points in the bodies' frames and round offsets along n (collision/manifold.hpp explains them).
+struct PointGeometry {
+    Vec3 core_a_A = Vec3::Zero();
+    Vec3 core_b_B = Vec3::Zero();
+    Real radius_a = 0;
+    Real radius_b = 0;
+};
+
+// The accumulated impulses of a point [N s].
+struct PointImpulse {
+    Real normal = 0;
+    Real friction[2] = {0, 0};
+};
+
+// Which body the normal turns with.
+enum class NormalFrame : std::uint8_t { kWorld, kA, kB };
+
+struct ContactBlock {
+    int a = kImmovable;
+    int b = kImmovable;
+    int first = 0;  // of its points in the pools
+    int count = 0;
+    int friction = -1;  // first of its 2·count friction rows, −1: frictionless
+    Vec3 n = Vec3::UnitZ();
+    Vec3 n_local = Vec3::UnitZ();  // in the frame that `frame` names
+    NormalFrame frame = NormalFrame::kWorld;
+    Real inv_mass_a = 0;
+    Real inv_mass_b = 0;
+    Real mu = 0;
+    Real restitution = 0;
+    Softness soft;
+    Real built_turn_a = 0;  // BodyMotion::turned of the bodies when the rows were built
+    Real built_turn_b = 0;
+};
+
+// Pools of the contact rows of all islands; an island owns a range of blocks, a block a range of points.
+struct ContactPool {
+    std::vector<ContactBlock> blocks;
+    std::vector<NormalRow> normals;        // size p
+    std::vector<PointGeometry> geometry;   // size p
+    std::vector<FrictionRow> frictions;    // 2 per point of a block with μ > 0
+    std::vector<PointImpulse> warm;        // size p: the substep before's impulses
+    std::vector<PointImpulse> impulse;     // size p: unknowns of the running substep
+    std::vector<PointImpulse> total;       // size p: summed over the substeps
+    void clear();
+};
+
+struct BlockRange {
+    int begin = 0;
+    int end = 0;
+};
+
+// (Re)builds rows and separations of a block from its geometry and the current poses. `t1` of a point is kept in its friction row's t and
+// projected on the new tangent plane.
+void build_block(ContactPool& pool, ContactBlock& block, const SolverBodies& bodies);
+
+// Rebuilds the blocks whose bodies have turned by more than `tolerance` [rad] since their rows were built. The separations of the others
+// are advanced by h G v (fixed arms: exact for translation, off by ‖r‖ tolerance²/2 at most).
+void advance_blocks(ContactPool& pool, BlockRange range, const SolverBodies& bodies, Real h, Real tolerance);
+
+// Applies `scale` × warm impulses and adds them to the unknowns.
+void warm_start_contacts(ContactPool& pool, BlockRange range, SolverBodies& bodies, Real scale);
+
+// One Gauss-Seidel sweep over normal rows that moves positions: the mean velocity over h brings C to its lift (soft where penetrating).
+// With `measure`, returns the largest velocity change of a row [m/s]; else 0.
+Real sweep_contact_positions(ContactPool& pool, BlockRange range, SolverBodies& bodies, Real h, bool measure);
+
+// One sweep over normal, then friction rows that sets velocities: G v >= bounce (or what a gap leaves).
+Real sweep_contact_velocities(ContactPool& pool, BlockRange range, SolverBodies& bodies, Real h, bool measure);
+
+// One sweep of the textbook method: G v >= −beta C / h where C < 0 (Baumgarte 1972), then friction.
+Real sweep_contact_target_velocity(ContactPool& pool, BlockRange range, SolverBodies& bodies, Real h, Real beta, bool measure);
+
+// Restitution: finds for each row of the range with e > 0 whether its gap closes within h (at τ, gap and relative velocity taken along the
+// parabola of the external accelerations) and sets lift and bounce to where that leads, so the error of a bounce does not depend on τ.
+void predict_bounces(ContactPool& pool, BlockRange range, const SolverBodies& bodies, Real h);
+
+}  // namespace cairn

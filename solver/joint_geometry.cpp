@@ -1,0 +1,127 @@
+// C and G of every joint type.
+#include "solver/joint_rows.hpp"
+
+namespace cairn {
+namespace {
+
+Vec3 separation(const JointGeometry& g, const JointPose& a, const JointPose& b) {
+    return a.x + a.R * g.anchor_a_A - b.x - b.R * g.anchor_b_B;
+}
+
+// The pairs (j, k) of e_j·f_k that make `ang`, row by row.
+constexpr int kAngularPair[3][2] = {{1, 2}, {2, 0}, {0, 1}};
+
+Vec3 angular_error(const Mat3& E, const Mat3& F) {
+    Vec3 c;
+    for (int i = 0; i < 3; ++i) c[i] = E.col(kAngularPair[i][0]).dot(F.col(kAngularPair[i][1]));
+    return c;
+}
+
+// Rows [first, first + 3): d/dt (e_j·f_k) = (w_a − w_b)·(e_j × f_k).
+template <int N>
+void angular_rows(const Mat3& E, const Mat3& F, int first, Jacobian<N>& G_a, Jacobian<N>& G_b) {
+    for (int i = 0; i < 3; ++i) {
+        const Vec3 axis = E.col(kAngularPair[i][0]).cross(F.col(kAngularPair[i][1]));
+        G_a.row(first + i).template head<3>().setZero();
+        G_b.row(first + i).template head<3>().setZero();
+        G_a.row(first + i).template tail<3>() = axis.transpose();
+        G_b.row(first + i).template tail<3>() = -axis.transpose();
+    }
+}
+
+// Rows [0, 3) of a ball: ḋ = v_a − r_a × w_a − v_b + r_b × w_b.
+template <int N>
+void point_rows(const JointGeometry& g, const JointPose& a, const JointPose& b, Jacobian<N>& G_a, Jacobian<N>& G_b) {
+    const Vec3 r_a = a.R * g.anchor_a_A, r_b = b.R * g.anchor_b_B;
+    G_a.template topLeftCorner<3, 3>() = Mat3::Identity();
+    G_b.template topLeftCorner<3, 3>() = -Mat3::Identity();
+    G_a.template topRightCorner<3, 3>() = -skew(r_a);
+    G_b.template topRightCorner<3, 3>() = skew(r_b);
+}
+
+}  // namespace
+
+template <>
+VecN<3> joint_error<JointKind::kBall>(const JointGeometry& g, const JointPose& a, const JointPose& b) {
+    return separation(g, a, b);
+}
+
+template <>
+void joint_jacobian<JointKind::kBall>(const JointGeometry& g, const JointPose& a, const JointPose& b, Jacobian<3>& G_a, Jacobian<3>& G_b) {
+    point_rows<3>(g, a, b, G_a, G_b);
+}
+
+template <>
+VecN<5> joint_error<JointKind::kHinge>(const JointGeometry& g, const JointPose& a, const JointPose& b) {
+    VecN<5> c;
+    const Vec3 axis_b = b.R * g.frame_B.col(0);
+    c.head<3>() = separation(g, a, b);
+    c[3] = (a.R * g.frame_A.col(1)).dot(axis_b);
+    c[4] = (a.R * g.frame_A.col(2)).dot(axis_b);
+    return c;
+}
+
+template <>
+void joint_jacobian<JointKind::kHinge>(const JointGeometry& g, const JointPose& a, const JointPose& b, Jacobian<5>& G_a, Jacobian<5>& G_b) {
+    point_rows<5>(g, a, b, G_a, G_b);
+    const Vec3 axis_b = b.R * g.frame_B.col(0);
+    for (int i = 0; i < 2; ++i) {
+        const Vec3 axis = (a.R * g.frame_A.col(1 + i)).cross(axis_b);
+        G_a.row(3 + i) << 0, 0, 0, axis.transpose();
+        G_b.row(3 + i) << 0, 0, 0, -axis.transpose();
+    }
+}
+
+template <>
+VecN<5> joint_error<JointKind::kSlider>(const JointGeometry& g, const JointPose& a, const JointPose& b) {
+    const Mat3 E = a.R * g.frame_A, F = b.R * g.frame_B;
+    const Vec3 d = separation(g, a, b);
+    VecN<5> c;
+    c[0] = E.col(1).dot(d);
+    c[1] = E.col(2).dot(d);
+    c.tail<3>() = angular_error(E, F);
+    return c;
+}
+
+template <>
+void joint_jacobian<JointKind::kSlider>(const JointGeometry& g, const JointPose& a, const JointPose& b, Jacobian<5>& G_a, Jacobian<5>& G_b) {
+    const Mat3 E = a.R * g.frame_A, F = b.R * g.frame_B;
+    const Vec3 r_b = b.R * g.anchor_b_B;
+    const Vec3 arm_a = b.x + r_b - a.x;  // from A's centre to B's anchor: e turns with A while d is not zero along the axis
+    for (int i = 0; i < 2; ++i) {
+        const Vec3 e = E.col(1 + i);
+        G_a.row(i) << e.transpose(), arm_a.cross(e).transpose();
+        G_b.row(i) << -e.transpose(), -r_b.cross(e).transpose();
+    }
+    angular_rows<5>(E, F, 2, G_a, G_b);
+}
+
+template <>
+VecN<6> joint_error<JointKind::kFixed>(const JointGeometry& g, const JointPose& a, const JointPose& b) {
+    VecN<6> c;
+    c.head<3>() = separation(g, a, b);
+    c.tail<3>() = angular_error(a.R * g.frame_A, b.R * g.frame_B);
+    return c;
+}
+
+template <>
+void joint_jacobian<JointKind::kFixed>(const JointGeometry& g, const JointPose& a, const JointPose& b, Jacobian<6>& G_a, Jacobian<6>& G_b) {
+    point_rows<6>(g, a, b, G_a, G_b);
+    angular_rows<6>(a.R * g.frame_A, b.R * g.frame_B, 3, G_a, G_b);
+}
+
+template <>
+VecN<1> joint_error<JointKind::kDistance>(const JointGeometry& g, const JointPose& a, const JointPose& b) {
+    return VecN<1>(separation(g, a, b).norm() - g.length);
+}
+
+template <>
+void joint_jacobian<JointKind::kDistance>(const JointGeometry& g, const JointPose& a, const JointPose& b, Jacobian<1>& G_a, Jacobian<1>& G_b) {
+    const Vec3 d = separation(g, a, b);
+    const Real length = d.norm();
+    const Vec3 u = length > 0 ? Vec3(d / length) : Vec3::UnitZ();  // a rod shrunk to a point has no direction of its own
+    G_a << u.transpose(), (a.R * g.anchor_a_A).cross(u).transpose();
+    G_b << -u.transpose(), -(b.R * g.anchor_b_B).cross(u).transpose();
+}
+
+}  // namespace cairn

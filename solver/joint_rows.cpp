@@ -1,0 +1,162 @@
+#include "solver/joint_rows.hpp"
+
+#include <algorithm>
+
+namespace cairn {
+namespace {
+
+// Calls f(kind constant, pool of that kind, begin, end) for every type that the ranges hold: the one dispatch per pool and pass.
+template <typename Function>
+void for_each_type(JointPool& pool, const JointRanges& r, Function f) {
+    const auto visit = [&](auto kind, auto& blocks) {
+        const int k = static_cast<int>(kind());
+        if (r.begin[k] < r.end[k]) f(kind, blocks, r.begin[k], r.end[k]);
+    };
+    visit(std::integral_constant<JointKind, JointKind::kBall>(), pool.ball);
+    visit(std::integral_constant<JointKind, JointKind::kHinge>(), pool.hinge);
+    visit(std::integral_constant<JointKind, JointKind::kSlider>(), pool.slider);
+    visit(std::integral_constant<JointKind, JointKind::kFixed>(), pool.fixed);
+    visit(std::integral_constant<JointKind, JointKind::kDistance>(), pool.distance);
+}
+
+JointPose pose_of(const BodyMotion& m) {
+    return {m.x, m.R};
+}
+
+template <int N>
+void mass_columns(const Jacobian<N>& G, const BodyMotion& body, Eigen::Matrix<Real, 6, N>& W) {
+    W.template topRows<3>() = body.inv_mass * G.template leftCols<3>().transpose();
+    W.template bottomRows<3>().noalias() = body.inv_inertia_W * G.template rightCols<3>().transpose();
+}
+
+template <int N>
+VecN<N> row_velocity(const JointBlock<N>& j, const BodyVelocity& a, const BodyVelocity& b) {
+    return j.G_a.template leftCols<3>() * a.v + j.G_a.template rightCols<3>() * a.w + j.G_b.template leftCols<3>() * b.v +
+           j.G_b.template rightCols<3>() * b.w;
+}
+
+template <int N>
+void apply_impulse(const JointBlock<N>& j, const VecN<N>& lambda, SolverBodies& bodies) {
+    if (bodies.motion[j.a].inv_mass > 0) {
+        BodyVelocity& a = bodies.velocity[j.a];
+        a.v += j.W_a.template topRows<3>() * lambda;
+        a.w += j.W_a.template bottomRows<3>() * lambda;
+    }
+    if (bodies.motion[j.b].inv_mass > 0) {
+        BodyVelocity& b = bodies.velocity[j.b];
+        b.v += j.W_b.template topRows<3>() * lambda;
+        b.w += j.W_b.template bottomRows<3>() * lambda;
+    }
+}
+
+// Where a body's present velocity leads within h.
+JointPose predicted_pose(const BodyMotion& m, const BodyVelocity& u, Real h) {
+    return {m.x + h * u.v, exp_rotation(h * u.w).toRotationMatrix() * m.R};
+}
+
+}  // namespace
+
+void JointPool::clear() {
+    ball.clear();
+    hinge.clear();
+    slider.clear();
+    fixed.clear();
+    distance.clear();
+}
+
+bool JointRanges::empty() const {
+    for (int k = 0; k < 5; ++k)
+        if (begin[k] < end[k]) return false;
+    return true;
+}
+
+int JointRanges::rows() const {
+    int n = 0;
+    for (int k = 0; k < 5; ++k) n += (end[k] - begin[k]) * joint_rows(static_cast<JointKind>(k));
+    return n;
+}
+
+void build_joints(JointPool& pool, const JointRanges& ranges, const SolverBodies& bodies) {
+    for_each_type(pool, ranges, [&](auto kind, auto& blocks, int begin, int end) {
+        constexpr JointKind K = decltype(kind)::value;
+        constexpr int N = joint_rows(K);
+        for (int i = begin; i < end; ++i) {
+            JointBlock<N>& j = blocks[i];
+            const BodyMotion &a = bodies.motion[j.a], &b = bodies.motion[j.b];
+            joint_jacobian<K>(j.geometry, pose_of(a), pose_of(b), j.G_a, j.G_b);
+            mass_columns<N>(j.G_a, a, j.W_a);
+            mass_columns<N>(j.G_b, b, j.W_b);
+            const Eigen::Matrix<Real, N, N> S = j.G_a * j.W_a + j.G_b * j.W_b;
+            if constexpr (N <= 3) {
+                j.inv_S = S.inverse();
+            } else {
+                j.inv_S = S.llt().solve(Eigen::Matrix<Real, N, N>::Identity());
+            }
+        }
+    });
+}
+
+void bias_joints(JointPool& pool, const JointRanges& ranges, const SolverBodies& bodies, Real h, Real rate) {
+    for_each_type(pool, ranges, [&](auto kind, auto& blocks, int begin, int end) {
+        constexpr JointKind K = decltype(kind)::value;
+        constexpr int N = joint_rows(K);
+        for (int i = begin; i < end; ++i) {
+            JointBlock<N>& j = blocks[i];
+            const BodyVelocity &ua = bodies.velocity[j.a], &ub = bodies.velocity[j.b];
+            const JointPose a = predicted_pose(bodies.motion[j.a], ua, h), b = predicted_pose(bodies.motion[j.b], ub, h);
+            j.bias = rate / h * joint_error<K>(j.geometry, a, b) - rate * row_velocity<N>(j, ua, ub);
+        }
+    });
+}
+
+void bias_joints_baumgarte(JointPool& pool, const JointRanges& ranges, const SolverBodies& bodies, Real h, Real beta) {
+    for_each_type(pool, ranges, [&](auto kind, auto& blocks, int begin, int end) {
+        constexpr JointKind K = decltype(kind)::value;
+        constexpr int N = joint_rows(K);
+        for (int i = begin; i < end; ++i) {
+            JointBlock<N>& j = blocks[i];
+            j.bias = beta / h * joint_error<K>(j.geometry, pose_of(bodies.motion[j.a]), pose_of(bodies.motion[j.b]));
+        }
+    });
+}
+
+void warm_start_joints(JointPool& pool, const JointRanges& ranges, SolverBodies& bodies, Real scale) {
+    for_each_type(pool, ranges, [&](auto kind, auto& blocks, int begin, int end) {
+        constexpr int N = joint_rows(decltype(kind)::value);
+        for (int i = begin; i < end; ++i) {
+            JointBlock<N>& j = blocks[i];
+            const VecN<N> lambda = scale * j.warm;
+            j.impulse += lambda;
+            apply_impulse<N>(j, lambda, bodies);
+        }
+    });
+}
+
+Real sweep_joints(JointPool& pool, const JointRanges& ranges, SolverBodies& bodies, bool biased, bool measure) {
+    Real change = 0;
+    for_each_type(pool, ranges, [&](auto kind, auto& blocks, int begin, int end) {
+        constexpr int N = joint_rows(decltype(kind)::value);
+        for (int i = begin; i < end; ++i) {
+            JointBlock<N>& j = blocks[i];
+            VecN<N> error = row_velocity<N>(j, bodies.velocity[j.a], bodies.velocity[j.b]);
+            if (biased) error += j.bias;
+            if (measure) change = std::max(change, error.cwiseAbs().maxCoeff());
+            const VecN<N> lambda = -(j.inv_S * error);
+            j.impulse += lambda;
+            apply_impulse<N>(j, lambda, bodies);
+        }
+    });
+    return change;
+}
+
+void close_joint_substep(JointPool& pool, const JointRanges& ranges) {
+    for_each_type(pool, ranges, [&](auto, auto& blocks, int begin, int end) {
+        for (int i = begin; i < end; ++i) {
+            blocks[i].total += blocks[i].impulse;
+            blocks[i].warm = blocks[i].impulse;
+            blocks[i].impulse.setZero();
+        }
+    });
+}
+
+}  // namespace cairn

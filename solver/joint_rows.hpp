@@ -1,0 +1,105 @@
+// Joint rows, one pool per joint type; a joint's rows are solved as one block.
+//
+// With p_a, p_b the joint's anchors on A and B, d = p_a − p_b, frames of unit columns e_k (on A) and f_k (on B) that agree at rest:
+//     ball      C = d                                            3 rows
+//     hinge     C = (d, e_1·f_0, e_2·f_0), axis e_0 = f_0         5
+//     slider    C = (e_1·d, e_2·d, ang), axis e_0                5
+//     fixed     C = (d, ang)                                      6
+//     distance  C = ‖d‖ − L                                       1
+// with ang = (e_1·f_2, e_2·f_0, e_0·f_1): zero when the frames agree, and d/dt (e·f) = (w_a − w_b)·(e × f).
+// Ċ = G v with v = (v_a, w_a, v_b, w_b); impulses λ act as Gᵀ λ, so + on A. S = G M⁻¹ Gᵀ. All in World.
+// Sources: Cline 2002 (rigid-body constraints), Catto 2009; the derivations are ours.
+#pragma once
+
+#include "solver/body.hpp"
+
+#include <vector>
+
+namespace cairn {
+
+enum class JointKind : std::uint8_t { kBall, kHinge, kSlider, kFixed, kDistance };
+
+// A joint in its bodies' frames; constant.
+struct JointGeometry {
+    Vec3 anchor_a_A = Vec3::Zero();
+    Vec3 anchor_b_B = Vec3::Zero();
+    Mat3 frame_A = Mat3::Identity();  // columns e_k
+    Mat3 frame_B = Mat3::Identity();  // columns f_k
+    Real length = 0;                  // distance joint: L [m]
+};
+
+// The pose of a body as a joint sees it.
+struct JointPose {
+    Vec3 x;
+    Mat3 R;
+};
+
+template <int N>
+using VecN = Eigen::Matrix<Real, N, 1>;
+template <int N>
+using Jacobian = Eigen::Matrix<Real, N, 6>;
+
+constexpr int joint_rows(JointKind kind) {
+    constexpr int rows[] = {3, 5, 5, 6, 1};
+    return rows[static_cast<int>(kind)];
+}
+
+// C of a joint [m and 1].
+template <JointKind K>
+VecN<joint_rows(K)> joint_error(const JointGeometry& g, const JointPose& a, const JointPose& b);
+
+// G of a joint: the columns for (v_a, w_a) and for (v_b, w_b).
+template <JointKind K>
+void joint_jacobian(const JointGeometry& g, const JointPose& a, const JointPose& b, Jacobian<joint_rows(K)>& G_a, Jacobian<joint_rows(K)>& G_b);
+
+template <int N>
+struct JointBlock {
+    int a = kImmovable;
+    int b = kImmovable;
+    JointGeometry geometry;
+    Jacobian<N> G_a, G_b;
+    Eigen::Matrix<Real, 6, N> W_a, W_b;  // M⁻¹ Gᵀ
+    Eigen::Matrix<Real, N, N> inv_S;     // (G M⁻¹ Gᵀ)⁻¹
+    VecN<N> bias;                        // target: G v = −bias
+    VecN<N> warm;                        // impulses of the substep before [N s, N m s]
+    VecN<N> impulse;                     // unknowns of the running substep
+    VecN<N> total;                       // summed over the substeps
+};
+
+// Pools of all islands, a range per island and type.
+struct JointPool {
+    std::vector<JointBlock<3>> ball;
+    std::vector<JointBlock<5>> hinge;
+    std::vector<JointBlock<5>> slider;
+    std::vector<JointBlock<6>> fixed;
+    std::vector<JointBlock<1>> distance;
+    void clear();
+};
+
+struct JointRanges {
+    int begin[5] = {0, 0, 0, 0, 0};
+    int end[5] = {0, 0, 0, 0, 0};
+    bool empty() const;
+    int rows() const;
+};
+
+// Rebuilds G, M⁻¹Gᵀ and S⁻¹ at the current poses.
+void build_joints(JointPool& pool, const JointRanges& ranges, const SolverBodies& bodies);
+
+// Sets the bias so that a solve moves C to (1 − rate) times what it is along the present velocities over h, where C is evaluated at the pose
+// that they lead to (the first step of SHAKE's iteration, Ryckaert et al. 1977): so the joint is met at the end of the drift, not its
+// linearisation. rate 0 gives bias 0.
+void bias_joints(JointPool& pool, const JointRanges& ranges, const SolverBodies& bodies, Real h, Real rate);
+
+// Bias of the textbook method: beta C / h at the present pose.
+void bias_joints_baumgarte(JointPool& pool, const JointRanges& ranges, const SolverBodies& bodies, Real h, Real beta);
+
+void warm_start_joints(JointPool& pool, const JointRanges& ranges, SolverBodies& bodies, Real scale);
+
+// One Gauss-Seidel sweep over the joints; `biased`: G v = −bias, else G v = 0. With `measure`, returns the largest velocity change of a row.
+Real sweep_joints(JointPool& pool, const JointRanges& ranges, SolverBodies& bodies, bool biased, bool measure);
+
+// total += impulse, warm = impulse, impulse = 0: at the end of a substep.
+void close_joint_substep(JointPool& pool, const JointRanges& ranges);
+
+}  // namespace cairn

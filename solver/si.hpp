@@ -1,0 +1,52 @@
+// Sequential impulses (Catto 2005; projected Gauss-Seidel with accumulated, clamped impulses), in substeps.
+//
+// The default, kSoft, is a substep of the RATTLE form (Andersen 1983) with unilateral rows, h = dt / substeps:
+//     kick h/2 with the external forces and half of the last substep's impulses
+//     position solve: the velocity v½ that the drift will use brings C to zero at the end of it (soft where penetrating)
+//     drift h
+//     kick h/2 likewise, on the rows at the new poses
+//     velocity solve: G v = 0 (or a bounce), friction; λ >= 0 holds for the sum of both halves
+// Where both solves converge it is of 2nd order, exact under constant forces, and a push-out leaves no velocity behind.
+#pragma once
+
+#include "solver/contact_rows.hpp"
+#include "solver/joint_rows.hpp"
+
+namespace cairn {
+
+enum class SiStabilisation : std::uint8_t { kSoft, kTargetVelocity, kNone };
+
+struct SiSettings {
+    int substeps = 4;
+    int iterations = 1;
+    Real residual_tolerance = 0;  // [m/s]; 0: always `iterations` sweeps
+    SiStabilisation stabilisation = SiStabilisation::kSoft;
+    Real contact_h_omega = 2 * kPi * 0.25;  // soft contacts: 2π f h (solver notes: f = 0.25 / h)
+    Real contact_damping = 5;               // ζ
+    Real joint_rate = 1;                    // share of a joint's error worked off per substep
+    Real baumgarte = 0.2;                   // β of kTargetVelocity
+    Real rebuild_angle = 1e-3;              // [rad]: rows are rebuilt once a body has turned by more since they were
+};
+
+// The parts of the pools that belong to one island: its dynamic bodies, then its own copies of the kinematic bodies that it touches.
+struct SiIsland {
+    int body_begin = 0;
+    int dynamic_end = 0;
+    int body_end = 0;
+    BlockRange contacts;
+    JointRanges joints;
+    bool has_bounce = false;  // a row with restitution
+};
+
+struct SiReport {
+    std::uint64_t contact_sweeps = 0;
+    std::uint64_t joint_sweeps = 0;
+    std::uint64_t rotor_calls = 0;
+    Real residual = 0;  // [m/s]
+    void add(const SiReport& r);
+};
+
+// Steps one island by dt. Rows must be built and warm impulses set (those of one substep); totals are filled.
+SiReport solve_island_si(SolverBodies& bodies, ContactPool& contacts, JointPool& joints, const SiIsland& island, Real dt, const SiSettings& settings);
+
+}  // namespace cairn
