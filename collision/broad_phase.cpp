@@ -1,0 +1,229 @@
+#include "collision/broad_phase.hpp"
+
+#include "collision/dynamic_tree.hpp"
+#include "collision/pair_list.hpp"
+
+#include <algorithm>
+#include <limits>
+
+namespace cairn {
+namespace {
+
+constexpr Real kMargin = 0.05;       // of a moving proxy's largest half extent
+constexpr Real kLookAhead = 2;       // displacements that a fat box reaches ahead,
+constexpr Real kMaxLookAhead = 1.0;  // but no farther than this many largest half extents
+
+enum class Kind : std::uint8_t { kFree, kMoving, kStatic, kPlane };
+
+struct Proxy {
+    Aabb fat;
+    Vec3 normal = Vec3::Zero();  // plane
+    Real offset = 0;             // plane
+    std::uint32_t user = 0;
+    int leaf = -1;  // in the tree of its kind
+    Kind kind = Kind::kFree;
+    bool touched = false;    // added or moved since the last update
+    std::uint64_t mark = 0;  // scratch of update_pairs
+};
+
+bool plane_reaches(const Proxy& plane, const Aabb& box) {
+    const Vec3 lowest = (plane.normal.array() > 0).select(box.lo, box.hi);
+    return plane.normal.dot(lowest) <= plane.offset;
+}
+
+bool overlap(const Proxy& a, const Proxy& b) {
+    if (a.kind == Kind::kPlane) return plane_reaches(a, b.fat);
+    if (b.kind == Kind::kPlane) return plane_reaches(b, a.fat);
+    return a.fat.overlaps(b.fat);
+}
+
+// Static proxies get no margin: they seldom move, and a margin in proportion to a wide ground would pair it with everything above.
+Aabb fattened(const Aabb& tight, const Vec3& displacement, Kind kind) {
+    if (kind != Kind::kMoving) return tight;
+    const Real size = 0.5 * (tight.hi - tight.lo).maxCoeff();
+    const Vec3 bound = Vec3::Constant(kMaxLookAhead * size);
+    const Vec3 ahead = (kLookAhead * displacement).cwiseMin(bound).cwiseMax(-bound);
+    return tight.grown(kMargin * size).swept(is_finite(ahead) ? ahead : Vec3::Zero());
+}
+
+void sort(std::vector<ProxyPair>& pairs) {
+    std::sort(pairs.begin(), pairs.end(), [](const ProxyPair& p, const ProxyPair& q) { return p.a != q.a ? p.a < q.a : p.b < q.b; });
+}
+
+}  // namespace
+
+struct BroadPhase::Impl {
+    std::vector<Proxy> proxies;
+    std::vector<ProxyId> free;       // ready to be used again
+    std::vector<ProxyId> removed;    // since the last update: not used again before it, so that `ended` cannot be misread
+    std::vector<ProxyId> touched;    // added or moved since the last update
+    std::vector<ProxyId> planes;     // ascending
+    std::vector<ProxyPair> orphans;  // pairs of removed proxies
+    DynamicTree moving_tree;         // apart from the static one, so that moving among statics stays cheap
+    DynamicTree static_tree;
+    PairList pairs;
+    std::uint64_t mark = 0;
+    std::uint64_t moved_count = 0;
+
+    DynamicTree& tree(Kind kind) { return kind == Kind::kMoving ? moving_tree : static_tree; }
+
+    ProxyId create(Kind kind, std::uint32_t user) {
+        ProxyId id;
+        if (free.empty()) {
+            id = static_cast<ProxyId>(proxies.size());
+            proxies.emplace_back();
+            pairs.add_proxy();
+        } else {
+            id = free.back();
+            free.pop_back();
+            proxies[id] = Proxy();
+        }
+        proxies[id].kind = kind;
+        proxies[id].user = user;
+        touch(id);
+        return id;
+    }
+
+    void touch(ProxyId id) {
+        if (proxies[id].touched) return;
+        proxies[id].touched = true;
+        touched.push_back(id);
+    }
+
+    // Everything that a proxy of this kind and box may be paired with.
+    template <class Visit>
+    void visit_overlapping(const Proxy& p, Visit&& visit) const {
+        if (p.kind == Kind::kPlane) {
+            for (ProxyId q = 0; q < static_cast<ProxyId>(proxies.size()); ++q)
+                if (proxies[q].kind == Kind::kMoving && plane_reaches(p, proxies[q].fat)) visit(q);
+            return;
+        }
+        moving_tree.query(p.fat, visit);
+        if (p.kind != Kind::kMoving) return;
+        static_tree.query(p.fat, visit);
+        for (const ProxyId q : planes)
+            if (plane_reaches(proxies[q], p.fat)) visit(q);
+    }
+
+    template <class Accept>
+    void refresh(ProxyId p, const Accept& accept, std::vector<ProxyPair>& begun, std::vector<ProxyPair>& ended) {
+        // Pairs that have parted end; the partners that stay are marked.
+        ++mark;
+        const auto still_overlaps = [&](ProxyId q) {
+            proxies[q].mark = mark;
+            return overlap(proxies[p], proxies[q]);
+        };
+        pairs.filter(p, still_overlaps, ended);
+
+        // Unmarked ones are new. Of two touched proxies the lower id, refreshed first, has dealt with the pair.
+        proxies[p].mark = mark;
+        const auto meet = [&](ProxyId q) {
+            if (proxies[q].mark == mark || (proxies[q].touched && q < p)) return;
+            const ProxyPair pair{std::min(p, q), std::max(p, q)};
+            if (!accept(proxies[pair.a].user, proxies[pair.b].user)) return;
+            pairs.add(pair);
+            begun.push_back(pair);
+        };
+        visit_overlapping(proxies[p], meet);
+    }
+};
+
+BroadPhase::BroadPhase() : impl_(std::make_unique<Impl>()) {}
+BroadPhase::~BroadPhase() = default;
+BroadPhase::BroadPhase(BroadPhase&&) noexcept = default;
+BroadPhase& BroadPhase::operator=(BroadPhase&&) noexcept = default;
+
+ProxyId BroadPhase::add(const Aabb& tight, bool is_static, std::uint32_t user) {
+    const Kind kind = is_static ? Kind::kStatic : Kind::kMoving;
+    const ProxyId id = impl_->create(kind, user);
+    Proxy& proxy = impl_->proxies[id];
+    proxy.fat = fattened(tight, Vec3::Zero(), kind);
+    proxy.leaf = impl_->tree(kind).insert(proxy.fat, id);
+    return id;
+}
+
+ProxyId BroadPhase::add_plane(const Vec3& normal, Real offset, std::uint32_t user) {
+    const ProxyId id = impl_->create(Kind::kPlane, user);
+    Proxy& proxy = impl_->proxies[id];
+    proxy.normal = normal;
+    proxy.offset = offset;
+    proxy.fat.hi = Vec3::Constant(std::numeric_limits<Real>::infinity());
+    proxy.fat.lo = -proxy.fat.hi;
+    impl_->planes.insert(std::lower_bound(impl_->planes.begin(), impl_->planes.end(), id), id);
+    return id;
+}
+
+void BroadPhase::remove(ProxyId id) {
+    Impl& s = *impl_;
+    Proxy& proxy = s.proxies[id];
+    s.pairs.filter(
+        id, [](ProxyId) { return false; }, s.orphans);
+    if (proxy.kind == Kind::kPlane)
+        s.planes.erase(std::lower_bound(s.planes.begin(), s.planes.end(), id));
+    else
+        s.tree(proxy.kind).remove(proxy.leaf);
+    proxy.kind = Kind::kFree;
+    s.removed.push_back(id);
+}
+
+bool BroadPhase::move(ProxyId id, const Aabb& tight, const Vec3& displacement) {
+    Impl& s = *impl_;
+    Proxy& proxy = s.proxies[id];
+    if (proxy.fat.contains(tight) || !is_finite(tight.lo) || !is_finite(tight.hi)) return false;
+    proxy.fat = fattened(tight, displacement, proxy.kind);
+    s.tree(proxy.kind).remove(proxy.leaf);
+    proxy.leaf = s.tree(proxy.kind).insert(proxy.fat, id);
+    s.touch(id);
+    ++s.moved_count;
+    return true;
+}
+
+std::uint32_t BroadPhase::user(ProxyId id) const {
+    return impl_->proxies[id].user;
+}
+
+const Aabb& BroadPhase::fat_aabb(ProxyId id) const {
+    return impl_->proxies[id].fat;
+}
+
+void BroadPhase::update_pairs(const std::function<bool(std::uint32_t, std::uint32_t)>& accept, std::vector<ProxyPair>& begun,
+                              std::vector<ProxyPair>& ended) {
+    Impl& s = *impl_;
+    begun.clear();
+    ended.clear();
+    if (s.touched.empty() && s.removed.empty()) return;
+
+    ended.insert(ended.end(), s.orphans.begin(), s.orphans.end());
+    std::sort(s.touched.begin(), s.touched.end());
+    for (const ProxyId id : s.touched)
+        if (s.proxies[id].kind != Kind::kFree) s.refresh(id, accept, begun, ended);
+    for (const ProxyId id : s.touched) s.proxies[id].touched = false;
+
+    s.free.insert(s.free.end(), s.removed.begin(), s.removed.end());
+    s.touched.clear();
+    s.removed.clear();
+    s.orphans.clear();
+    sort(begun);
+    sort(ended);
+}
+
+void BroadPhase::query(const Aabb& box, std::vector<ProxyId>& out) const {
+    const Impl& s = *impl_;
+    out.clear();
+    const auto take = [&](ProxyId id) { out.push_back(id); };
+    s.moving_tree.query(box, take);
+    s.static_tree.query(box, take);
+    for (const ProxyId id : s.planes)
+        if (plane_reaches(s.proxies[id], box)) take(id);
+    std::sort(out.begin(), out.end());
+}
+
+std::size_t BroadPhase::pair_count() const {
+    return impl_->pairs.count();
+}
+
+std::uint64_t BroadPhase::moved_count() const {
+    return impl_->moved_count;
+}
+
+}  // namespace cairn
