@@ -47,7 +47,7 @@ public:
         const std::string_view before(text_.data(), at);
         const std::size_t line = 1 + static_cast<std::size_t>(std::count(before.begin(), before.end(), '\n'));
         const std::size_t start = before.rfind('\n') == std::string_view::npos ? 0 : before.rfind('\n') + 1;
-        mistakes_.add_at("line " + std::to_string(line) + ", column " + std::to_string(at - start + 1), message(token, error));
+        mistakes_.add_at("line " + std::to_string(line) + ", column " + std::to_string(at - start + 1), message(token, error) + remark(at));
         return false;
     }
 
@@ -61,8 +61,13 @@ private:
         const std::size_t start = what.find("syntax error");
         if (start != std::string::npos) what.erase(0, start);
         if (what.size() > kLongest) what = what.substr(0, kLongest) + "…";
-        if (token == "N" || token == "I" || token == "-I") what += " (numbers must be finite)";
         return what;
+    }
+
+    // NaN, Infinity and -Infinity are what other writers put where JSON has no number.
+    const char* remark(std::size_t at) const {
+        const bool not_finite = at < text_.size() && (text_[at] == 'N' || text_[at] == 'I');
+        return not_finite ? " (a number must be finite)" : "";
     }
 
     template <class Value>

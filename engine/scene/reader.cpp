@@ -9,6 +9,12 @@ namespace {
 
 constexpr Real kUnitTolerance = 1e-3;  // how far a quaternion's or a normal's length may be from 1
 
+std::string listed(const std::vector<std::string_view>& words) {
+    std::string text;
+    for (const std::string_view word : words) text.append(text.empty() ? "" : ", ").append(word);
+    return text;
+}
+
 std::string rule_text(Range range) {
     switch (range) {
         case Range::kPositive:
@@ -192,8 +198,7 @@ bool ObjectReader::flag(std::string_view key, bool& out, Need need) {
 }
 
 bool ObjectReader::word(std::string_view key, const std::vector<std::string_view>& words, std::size_t& out, Need need) {
-    std::string rule = "one of";
-    for (const std::string_view w : words) rule += (&w == &words.front() ? " " : ", ") + std::string(w);
+    const std::string rule = "one of " + listed(words);
     const Json* given = value(key, need, rule.c_str());
     if (given == nullptr) return false;
     const auto found = given->is_string() ? std::find(words.begin(), words.end(), given->get_ref<const std::string&>()) : words.end();
@@ -227,13 +232,7 @@ void ObjectReader::finish() {
     for (const auto& [key, unused] : object_->items()) {
         if (std::find(known_.begin(), known_.end(), key) != known_.end()) continue;
         const std::string_view near = nearest_word(key, known_);
-        std::string hint;
-        if (!near.empty()) {
-            hint = "did you mean \"" + std::string(near) + "\"?";
-        } else {
-            hint = "known are";
-            for (const std::string_view k : known_) hint += (&k == &known_.front() ? " " : ", ") + std::string(k);
-        }
+        const std::string hint = near.empty() ? "known are " + listed(known_) : "did you mean \"" + std::string(near) + "\"?";
         Mistakes::Scope in(mistakes_, std::string_view(key));
         mistakes_.add("unknown key, " + hint);
     }
