@@ -43,12 +43,12 @@ struct BodyDef {
     // twice), whose common centroid must then be the origin; that tensor may have products of inertia.
     std::optional<Vec3> inertia;
     std::vector<Shape> shapes;
-    Real friction = 0.5;           // Coulomb coefficient μ, >= 0; a pair has sqrt(μ_a μ_b)
-    Real restitution = 0;          // e in [0, 1]; a pair has the larger
-    Real torsional_friction = 0;   // [m], >= 0
-    Real rolling_friction = 0;     // [m], >= 0
-    Vec3 force = Vec3::Zero();     // [N], constant, world, at the centre of mass
-    Vec3 torque = Vec3::Zero();    // [N m], constant, world
+    Real friction = 0.5;               // Coulomb coefficient μ, >= 0; a pair has sqrt(μ_a μ_b)
+    Real restitution = 0;              // e in [0, 1]; a pair has the larger
+    Real torsional_friction = 0;       // [m], >= 0
+    Real rolling_friction = 0;         // [m], >= 0
+    Vec3 force = Vec3::Zero();         // [N], constant, world, at the centre of mass
+    Vec3 torque = Vec3::Zero();        // [N m], constant, world
     std::optional<RotateSine> motion;  // kinematic bodies only
 };
 

@@ -22,11 +22,11 @@ struct CachedPoint {
     Real radius_b = 0;
     Real separation = 0;  // [m], at the start of the last step
     std::uint32_t feature = 0;
-    Real warm_normal = 0;                // [N s], of one substep: the warm start
-    Vec3 warm_friction = Vec3::Zero();   // [N s], world, likewise
-    Real normal_impulse = 0;             // [N s], summed over the last step's substeps
-    Real friction_impulse[2] = {0, 0};   // [N s], along t1 and n × t1, likewise
-    Vec3 t1 = Vec3::Zero();              // unit, world; zero: none yet
+    Real warm_normal = 0;               // [N s], of one substep: the warm start
+    Vec3 warm_friction = Vec3::Zero();  // [N s], world, likewise
+    Real normal_impulse = 0;            // [N s], summed over the last step's substeps
+    Real friction_impulse[2] = {0, 0};  // [N s], along t1 and n × t1, likewise
+    Vec3 t1 = Vec3::Zero();             // unit, world; zero: none yet
 };
 
 struct CachedManifold {
@@ -54,10 +54,10 @@ struct Contact {
     Real restitution = 0;  // max(e_a, e_b)
     Real size = 0;         // [m], of the smaller shape: tolerances are relative to it
     bool alive = false;
-    bool fresh = true;          // not yet asked of the narrow phase
+    bool fresh = true;  // not yet asked of the narrow phase
     PairCache cache;
-    Transform X_AB_query;       // pose of B in A when the narrow phase was last asked
-    Real query_margin = 0;      // [m], the margin it was asked with
+    Transform X_AB_query;   // pose of B in A when the narrow phase was last asked
+    Real query_margin = 0;  // [m], the margin it was asked with
     int manifold_count = 0;
     CachedManifold first;
     std::vector<CachedManifold> extra;  // of mesh pairs; keeps its memory
@@ -79,7 +79,8 @@ public:
     const std::vector<Contact>& slots() const { return slots_; }
     std::size_t size() const { return slots_.size() - free_.size(); }
 
-    // True if the pair moved so little since the narrow phase was asked that its manifolds still hold. X_AB: B in A now; margin: wanted now.
+    // True if the pair moved so little since the narrow phase was asked that its manifolds still hold. X_AB: B in A now; margin: wanted
+    // now.
     static bool is_reusable(const Contact& contact, const Transform& X_AB, Real margin);
     // Brings n and the separations of a reused contact to the present poses; impulses stay.
     static void refresh(Contact& contact, const Transform& X_WA, const Transform& X_WB);

@@ -1,5 +1,5 @@
-// Hash map from a 64-bit key to a 32-bit value: open addressing with linear probing and backward-shift deletion. No allocation while the number of
-// entries does not grow; never iterated, so nothing depends on its order.
+// Hash map from a 64-bit key to a 32-bit value: open addressing with linear probing and backward-shift deletion. No allocation while the
+// number of entries does not grow; never iterated, so nothing depends on its order.
 #pragma once
 
 #include <cstdint>

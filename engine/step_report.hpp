@@ -8,26 +8,26 @@
 namespace cairn {
 
 struct StepReport {
-    bool ok = true;                       // false: a body went non-finite (it is put back to its last finite pose and disabled), or a bad dt
-    std::uint32_t bodies_disabled = 0;    // of this step
-    std::uint32_t pairs = 0;              // overlapping fat boxes
-    std::uint32_t manifolds = 0;          // with at least one point
-    std::uint32_t contacts = 0;           // manifold points
-    std::uint32_t manifolds_reused = 0;   // answered without asking the narrow phase
+    bool ok = true;                      // false: a body went non-finite (it is put back to its last finite pose and disabled), or a bad dt
+    std::uint32_t bodies_disabled = 0;   // of this step
+    std::uint32_t pairs = 0;             // overlapping fat boxes
+    std::uint32_t manifolds = 0;         // with at least one point
+    std::uint32_t contacts = 0;          // manifold points
+    std::uint32_t manifolds_reused = 0;  // answered without asking the narrow phase
     std::uint64_t narrow_queries = 0;
     std::uint64_t fcl_calls = 0;
     std::uint64_t fcl_failures = 0;
     std::uint32_t normal_rows = 0;
     std::uint32_t friction_rows = 0;
     std::uint32_t joint_rows = 0;
-    std::uint32_t islands = 0;            // with a constraint, solved in this step
-    std::uint32_t free_bodies = 0;        // moved exactly, without a solver
+    std::uint32_t islands = 0;      // with a constraint, solved in this step
+    std::uint32_t free_bodies = 0;  // moved exactly, without a solver
     std::uint32_t sleeping_bodies = 0;
-    std::uint64_t rotor_calls = 0;        // free-rigid-body rotations of bodies with unequal moments
-    std::uint64_t joint_sweeps = 0;       // passes over joint rows
-    std::uint64_t contact_sweeps = 0;     // passes over contact rows
-    Real max_penetration = 0;             // [m], deepest point at the start of the step
-    Real residual = 0;                    // [m/s], largest velocity change of a row in the last sweep of any solve
+    std::uint64_t rotor_calls = 0;     // free-rigid-body rotations of bodies with unequal moments
+    std::uint64_t joint_sweeps = 0;    // passes over joint rows
+    std::uint64_t contact_sweeps = 0;  // passes over contact rows
+    Real max_penetration = 0;          // [m], deepest point at the start of the step
+    Real residual = 0;                 // [m/s], largest velocity change of a row in the last sweep of any solve
 };
 
 }  // namespace cairn

@@ -14,25 +14,25 @@ namespace cairn {
 
 // One contact point as the solver left it. World frame.
 struct ContactPointView {
-    Vec3 anchor_a = Vec3::Zero();  // [m], in A's body frame: the point r_A of A's surface
-    Vec3 anchor_b = Vec3::Zero();  // [m], in B's body frame
+    Vec3 anchor_a = Vec3::Zero();    // [m], in A's body frame: the point r_A of A's surface
+    Vec3 anchor_b = Vec3::Zero();    // [m], in B's body frame
     Vec3 position_a = Vec3::Zero();  // [m], the same points in the world, at the start of the step
     Vec3 position_b = Vec3::Zero();
-    Real separation = 0;           // [m], nᵀ(r_A − r_B) at the start of the step
-    Real normal_impulse = 0;       // λ_N [N s], summed over the substeps
-    Real friction_impulse[2] = {0, 0};  // α₁, α₂ [N s], along t₁ and t₂
+    Real separation = 0;      // [m], nᵀ(r_A − r_B) at the start of the step
+    Real normal_impulse = 0;  // λ_N [N s], summed over the substeps
+    Vec3 t1 = Vec3::UnitX();  // unit tangents; t1 along the slip where there is one, t2 = n × t1
+    Vec3 t2 = Vec3::UnitY();
+    Real friction_impulse[2] = {0, 0};  // α₁, α₂ [N s], along t1 and t2
     std::uint32_t feature = 0;
 };
 
-// A contact manifold: n, t₁, t₂ are orthonormal; n points from B to A; the impulse on A is + λ_N n + α₁ t₁ + α₂ t₂.
+// A contact manifold; n points from B to A; the impulse on A at each point is λ_N n + α₁ t₁ + α₂ t₂.
 struct ManifoldView {
     BodyId body_a;
     BodyId body_b;
     int shape_a = 0;  // index into the body's shapes
     int shape_b = 0;
     Vec3 n = Vec3::UnitZ();
-    Vec3 t1 = Vec3::UnitX();
-    Vec3 t2 = Vec3::UnitY();
     Real friction = 0;     // μ of the pair
     Real restitution = 0;  // e of the pair
     int count = 0;
@@ -65,8 +65,8 @@ public:
     void set_force(BodyId body, const Vec3& force, const Vec3& torque);  // constant until set again; world frame, at the centre of mass
     void apply_impulse(BodyId body, const Vec3& impulse, const Vec3& point);  // [N s] at a world point
     BodyType type(BodyId body) const;
-    Real mass(BodyId body) const;      // [kg]; 0 for static and kinematic bodies
-    Mat3 inertia(BodyId body) const;   // [kg m²], body frame, about the centre of mass
+    Real mass(BodyId body) const;     // [kg]; 0 for static and kinematic bodies
+    Mat3 inertia(BodyId body) const;  // [kg m²], body frame, about the centre of mass
     const std::string& name(BodyId body) const;
     bool is_sleeping(BodyId body) const;
     bool is_enabled(BodyId body) const;  // false: it went non-finite and was taken out

@@ -1,5 +1,5 @@
-// Bodies as the solvers see them: one array of velocities, one of everything else. Index kImmovable is the world; static and kinematic bodies have
-// zero inverse mass and inertia, and solvers never write their velocity.
+// Bodies as the solvers see them: one array of velocities, one of everything else. Index kImmovable is the world; static and kinematic
+// bodies have zero inverse mass and inertia, and solvers never write their velocity.
 #pragma once
 
 #include "solver/rotor.hpp"
@@ -17,10 +17,10 @@ struct BodyVelocity {
 };
 
 struct BodyMotion {
-    Vec3 x = Vec3::Zero();          // [m], centre of mass
-    Quat q = Quat::Identity();      // body to world
-    Mat3 R = Mat3::Identity();      // matrix of q
-    Real inv_mass = 0;              // [1/kg]
+    Vec3 x = Vec3::Zero();              // [m], centre of mass
+    Quat q = Quat::Identity();          // body to world
+    Mat3 R = Mat3::Identity();          // matrix of q
+    Real inv_mass = 0;                  // [1/kg]
     Mat3 inv_inertia_B = Mat3::Zero();  // [1/(kg m²)], body frame
     Mat3 inv_inertia_W = Mat3::Zero();  // the same in World, at R
     Vec3 acceleration = Vec3::Zero();   // [m/s²], of gravity and the constant force

@@ -13,9 +13,7 @@ struct BlockVelocity {
         : va(bodies.velocity[block.a].v), wa(bodies.velocity[block.a].w), vb(bodies.velocity[block.b].v), wb(bodies.velocity[block.b].w) {}
 
     // G v of a row.
-    Real along(const Vec3& direction, const PointRow& row) const {
-        return direction.dot(va - vb) + row.ang_a.dot(wa) - row.ang_b.dot(wb);
-    }
+    Real along(const Vec3& direction, const PointRow& row) const { return direction.dot(va - vb) + row.ang_a.dot(wa) - row.ang_b.dot(wb); }
 
     // v += M⁻¹ Gᵀ λ.
     void apply(const ContactBlock& block, const Vec3& direction, const PointRow& row, Real lambda) {
@@ -206,6 +204,16 @@ void advance_blocks(ContactPool& pool, BlockRange range, const SolverBodies& bod
     }
 }
 
+void scale_warm_start(ContactPool& pool, BlockRange range, Real scale) {
+    for (int k = range.begin; k < range.end; ++k) {
+        const ContactBlock& block = pool.blocks[k];
+        for (int p = block.first; p < block.first + block.count; ++p) {
+            pool.warm[p].normal *= scale;
+            for (Real& f : pool.warm[p].friction) f *= scale;
+        }
+    }
+}
+
 void warm_start_contacts(ContactPool& pool, BlockRange range, SolverBodies& bodies, Real scale) {
     for (int k = range.begin; k < range.end; ++k) {
         const ContactBlock& block = pool.blocks[k];
@@ -244,7 +252,8 @@ void predict_bounces(ContactPool& pool, BlockRange range, const SolverBodies& bo
         const ContactBlock& block = pool.blocks[k];
         if (block.restitution == 0) continue;
         const BlockVelocity u(block, bodies);
-        const Real a = block.n.dot(bodies.motion[block.a].acceleration * (block.inv_mass_a > 0) - bodies.motion[block.b].acceleration * (block.inv_mass_b > 0));
+        const Real a = block.n.dot(bodies.motion[block.a].acceleration * (block.inv_mass_a > 0) -
+                                   bodies.motion[block.b].acceleration * (block.inv_mass_b > 0));
         for (int i = block.first; i < block.first + block.count; ++i) {
             NormalRow& row = pool.normals[i];
             row.lift = row.bounce = 0;

@@ -1,6 +1,7 @@
 // Contact rows: non-penetration and pyramidal friction, in pools.
 //
-// A block is one manifold: bodies A and B, unit normal n from B to A, up to four points. Per point, with r_A, r_B the arms from the centres of mass:
+// A block is one manifold: bodies A and B, unit normal n from B to A, up to four points. Per point, with r_A, r_B the arms from the centres
+// of mass:
 //     normal    C = nᵀ(x_A + r_A − x_B − r_B) >= 0    G = [nᵀ, (r_A × n)ᵀ, −nᵀ, −(r_B × n)ᵀ]    λ_N >= 0
 //     friction  along the tangent t: G with t for n, −μ λ_N <= α <= μ λ_N, two rows per point, t₂ = n × t₁ (pyramid)
 //     S = G M⁻¹ Gᵀ = 1/m_A + 1/m_B + (r_A × n)ᵀ I_A⁻¹ (r_A × n) + (r_B × n)ᵀ I_B⁻¹ (r_B × n)
@@ -76,12 +77,12 @@ struct ContactBlock {
 // Pools of the contact rows of all islands; an island owns a range of blocks, a block a range of points.
 struct ContactPool {
     std::vector<ContactBlock> blocks;
-    std::vector<NormalRow> normals;        // size p
-    std::vector<PointGeometry> geometry;   // size p
-    std::vector<FrictionRow> frictions;    // 2 per point of a block with μ > 0
-    std::vector<PointImpulse> warm;        // size p: the substep before's impulses
-    std::vector<PointImpulse> impulse;     // size p: unknowns of the running substep
-    std::vector<PointImpulse> total;       // size p: summed over the substeps
+    std::vector<NormalRow> normals;       // size p
+    std::vector<PointGeometry> geometry;  // size p
+    std::vector<FrictionRow> frictions;   // 2 per point of a block with μ > 0
+    std::vector<PointImpulse> warm;       // size p: the substep before's impulses
+    std::vector<PointImpulse> impulse;    // size p: unknowns of the running substep
+    std::vector<PointImpulse> total;      // size p: summed over the substeps
     void clear();
 };
 
@@ -97,6 +98,9 @@ void build_block(ContactPool& pool, ContactBlock& block, const SolverBodies& bod
 // Rebuilds the blocks whose bodies have turned by more than `tolerance` [rad] since their rows were built. The separations of the others
 // are advanced by h G v (fixed arms: exact for translation, off by ‖r‖ tolerance²/2 at most).
 void advance_blocks(ContactPool& pool, BlockRange range, const SolverBodies& bodies, Real h, Real tolerance);
+
+// Multiplies the warm impulses, when the length of the step has changed.
+void scale_warm_start(ContactPool& pool, BlockRange range, Real scale);
 
 // Applies `scale` × warm impulses and adds them to the unknowns.
 void warm_start_contacts(ContactPool& pool, BlockRange range, SolverBodies& bodies, Real scale);

@@ -84,7 +84,8 @@ VecN<5> joint_error<JointKind::kSlider>(const JointGeometry& g, const JointPose&
 }
 
 template <>
-void joint_jacobian<JointKind::kSlider>(const JointGeometry& g, const JointPose& a, const JointPose& b, Jacobian<5>& G_a, Jacobian<5>& G_b) {
+void joint_jacobian<JointKind::kSlider>(const JointGeometry& g, const JointPose& a, const JointPose& b, Jacobian<5>& G_a,
+                                        Jacobian<5>& G_b) {
     const Mat3 E = a.R * g.frame_A, F = b.R * g.frame_B;
     const Vec3 r_b = b.R * g.anchor_b_B;
     const Vec3 arm_a = b.x + r_b - a.x;  // from A's centre to B's anchor: e turns with A while d is not zero along the axis
@@ -116,7 +117,8 @@ VecN<1> joint_error<JointKind::kDistance>(const JointGeometry& g, const JointPos
 }
 
 template <>
-void joint_jacobian<JointKind::kDistance>(const JointGeometry& g, const JointPose& a, const JointPose& b, Jacobian<1>& G_a, Jacobian<1>& G_b) {
+void joint_jacobian<JointKind::kDistance>(const JointGeometry& g, const JointPose& a, const JointPose& b, Jacobian<1>& G_a,
+                                          Jacobian<1>& G_b) {
     const Vec3 d = separation(g, a, b);
     const Real length = d.norm();
     const Vec3 u = length > 0 ? Vec3(d / length) : Vec3::UnitZ();  // a rod shrunk to a point has no direction of its own

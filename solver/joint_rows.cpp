@@ -120,6 +120,12 @@ void bias_joints_baumgarte(JointPool& pool, const JointRanges& ranges, const Sol
     });
 }
 
+void scale_warm_start(JointPool& pool, const JointRanges& ranges, Real scale) {
+    for_each_type(pool, ranges, [&](auto, auto& blocks, int begin, int end) {
+        for (int i = begin; i < end; ++i) blocks[i].warm *= scale;
+    });
+}
+
 void warm_start_joints(JointPool& pool, const JointRanges& ranges, SolverBodies& bodies, Real scale) {
     for_each_type(pool, ranges, [&](auto kind, auto& blocks, int begin, int end) {
         constexpr int N = joint_rows(decltype(kind)::value);

@@ -50,7 +50,8 @@ VecN<joint_rows(K)> joint_error(const JointGeometry& g, const JointPose& a, cons
 
 // G of a joint: the columns for (v_a, w_a) and for (v_b, w_b).
 template <JointKind K>
-void joint_jacobian(const JointGeometry& g, const JointPose& a, const JointPose& b, Jacobian<joint_rows(K)>& G_a, Jacobian<joint_rows(K)>& G_b);
+void joint_jacobian(const JointGeometry& g, const JointPose& a, const JointPose& b, Jacobian<joint_rows(K)>& G_a,
+                    Jacobian<joint_rows(K)>& G_b);
 
 template <int N>
 struct JointBlock {
@@ -86,17 +87,20 @@ struct JointRanges {
 // Rebuilds G, M⁻¹Gᵀ and S⁻¹ at the current poses.
 void build_joints(JointPool& pool, const JointRanges& ranges, const SolverBodies& bodies);
 
-// Sets the bias so that a solve moves C to (1 − rate) times what it is along the present velocities over h, where C is evaluated at the pose
-// that they lead to (the first step of SHAKE's iteration, Ryckaert et al. 1977): so the joint is met at the end of the drift, not its
+// Sets the bias so that a solve moves C to (1 − rate) times what it is along the present velocities over h, where C is evaluated at the
+// pose that they lead to (the first step of SHAKE's iteration, Ryckaert et al. 1977): so the joint is met at the end of the drift, not its
 // linearisation. rate 0 gives bias 0.
 void bias_joints(JointPool& pool, const JointRanges& ranges, const SolverBodies& bodies, Real h, Real rate);
 
 // Bias of the textbook method: beta C / h at the present pose.
 void bias_joints_baumgarte(JointPool& pool, const JointRanges& ranges, const SolverBodies& bodies, Real h, Real beta);
 
+void scale_warm_start(JointPool& pool, const JointRanges& ranges, Real scale);
+
 void warm_start_joints(JointPool& pool, const JointRanges& ranges, SolverBodies& bodies, Real scale);
 
-// One Gauss-Seidel sweep over the joints; `biased`: G v = −bias, else G v = 0. With `measure`, returns the largest velocity change of a row.
+// One Gauss-Seidel sweep over the joints; `biased`: G v = −bias, else G v = 0. With `measure`, returns the largest velocity change of a
+// row.
 Real sweep_joints(JointPool& pool, const JointRanges& ranges, SolverBodies& bodies, bool biased, bool measure);
 
 // total += impulse, warm = impulse, impulse = 0: at the end of a substep.

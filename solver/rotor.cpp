@@ -93,8 +93,12 @@ void rotate_free(Quat& q, Vec3& w, const RotorInertia& inertia, Real h, int stag
             q = exp_rotation(h * w) * q;
             q.normalize();
             return;
-        case InertiaKind::kSymmetric: rotate_symmetric(q, w, inertia, h); return;
-        case InertiaKind::kGeneral: rotate_general(q, w, inertia, h, stages); return;
+        case InertiaKind::kSymmetric:
+            rotate_symmetric(q, w, inertia, h);
+            return;
+        case InertiaKind::kGeneral:
+            rotate_general(q, w, inertia, h, stages);
+            return;
     }
 }
 

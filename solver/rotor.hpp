@@ -18,10 +18,10 @@ enum class InertiaKind : std::uint8_t { kSpherical, kSymmetric, kGeneral };
 
 // Principal inertia of a body as the rotor wants it.
 struct RotorInertia {
-    Vec3 moments = Vec3::Ones();    // [kg m²], in P
-    Quat R_BP = Quat::Identity();   // principal frame in the body frame
+    Vec3 moments = Vec3::Ones();   // [kg m²], in P
+    Quat R_BP = Quat::Identity();  // principal frame in the body frame
     InertiaKind kind = InertiaKind::kSpherical;
-    int symmetry_axis = 2;          // kSymmetric: the axis of P whose moment differs
+    int symmetry_axis = 2;  // kSymmetric: the axis of P whose moment differs
 };
 
 // Sorts a body's moments into a kind: moments closer than 1e-12 relative count as equal.
@@ -32,6 +32,8 @@ RotorInertia make_rotor_inertia(const Vec3& moments, const Quat& R_BP);
 void rotate_free(Quat& q, Vec3& w, const RotorInertia& inertia, Real h, int stages);
 
 // Stages that keep the error of one step of h near rounding of what the motion needs: one while the body turns by little, else five.
-inline int rotor_stages(const Vec3& w, Real h) { return w.squaredNorm() * h * h < 1e-6 ? 1 : 5; }
+inline int rotor_stages(const Vec3& w, Real h) {
+    return w.squaredNorm() * h * h < 1e-6 ? 1 : 5;
+}
 
 }  // namespace cairn

@@ -111,9 +111,16 @@ void SiReport::add(const SiReport& r) {
     residual = std::max(residual, r.residual);
 }
 
-SiReport solve_island_si(SolverBodies& bodies, ContactPool& contacts, JointPool& joints, const SiIsland& island, Real dt, const SiSettings& settings) {
-    Context c{bodies, contacts, joints, island, settings, dt / settings.substeps, island.contacts.begin < island.contacts.end, !island.joints.empty(),
-              settings.residual_tolerance > 0, {}};
+SiReport solve_island_si(SolverBodies& bodies, ContactPool& contacts, JointPool& joints, const SiIsland& island, Real dt,
+                         const SiSettings& settings) {
+    Context c{bodies,
+              contacts,
+              joints,
+              island,
+              settings,
+              dt / settings.substeps,
+              island.contacts.begin<island.contacts.end, !island.joints.empty(), settings.residual_tolerance> 0,
+              {}};
     for (int k = 0; k < settings.substeps; ++k) {
         if (settings.stabilisation == SiStabilisation::kSoft) {
             substep_soft(c);

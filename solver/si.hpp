@@ -47,6 +47,7 @@ struct SiReport {
 };
 
 // Steps one island by dt. Rows must be built and warm impulses set (those of one substep); totals are filled.
-SiReport solve_island_si(SolverBodies& bodies, ContactPool& contacts, JointPool& joints, const SiIsland& island, Real dt, const SiSettings& settings);
+SiReport solve_island_si(SolverBodies& bodies, ContactPool& contacts, JointPool& joints, const SiIsland& island, Real dt,
+                         const SiSettings& settings);
 
 }  // namespace cairn

@@ -1,5 +1,6 @@
-// Soft constraints: a row behaves as a damped spring of frequency f and damping ratio ζ, integrated implicitly (Catto 2011, "Soft constraints").
-// The coefficients depend on hω = 2π f h alone; the frequency follows the step (f ∝ 1/h), so what a row gives way falls as h².
+// Soft constraints: a row behaves as a damped spring of frequency f and damping ratio ζ, integrated implicitly (Catto 2011, "Soft
+// constraints"). The coefficients depend on hω = 2π f h alone; the frequency follows the step (f ∝ 1/h), so what a row gives way falls as
+// h².
 #pragma once
 
 #include "engine/base/math.hpp"

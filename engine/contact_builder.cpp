@@ -1,0 +1,142 @@
+// Stage 4a: manifolds → contact rows of an island.
+#include "engine/world_data.hpp"
+
+#include <algorithm>
+
+namespace cairn {
+namespace {
+
+// How a body of a contact enters the solver: its index, and the frame that the solver's copy of it has. What cannot move is the one
+// immovable body, whose frame is the world's.
+struct SolverBody {
+    int index = kImmovable;
+    Transform X_SB;  // body frame in the solver body's frame
+};
+
+SolverBody solver_body(WorldData& world, std::uint32_t body, SiIsland& island) {
+    const Body& b = world.bodies[body];
+    if (b.is_awake()) return {world.solver_index[body], Transform()};
+    if (b.type == BodyType::kKinematic && b.enabled)
+        return {world.solver_index[body] >= 0 ? world.solver_index[body] : add_kinematic(world, body, island), Transform()};
+    return {kImmovable, b.transform()};
+}
+
+// t₁: along the slip; where that is slower than what the external acceleration makes in the step, along the slip that it will make; where
+// that is slow too, as it was. `slip` and `pull` are tangential: relative velocity [m/s], and its change over the step by external forces.
+Vec3 tangent_direction(const Vec3& slip, const Vec3& pull, Real pull_scale, const Vec3& previous) {
+    if (slip.squaredNorm() > pull_scale * pull_scale && slip.squaredNorm() > 0) return slip;
+    const Vec3 predicted = slip + pull;
+    if (predicted.norm() > 1e-3 * pull_scale) return predicted;
+    return previous;
+}
+
+struct PointMotion {
+    Vec3 slip, pull;
+    Real pull_scale;
+};
+
+PointMotion tangential_motion(const SolverBodies& bodies, const ContactBlock& block, const Vec3& point, Real dt) {
+    const auto velocity = [&](int i) -> Vec3 { return bodies.velocity[i].v + bodies.velocity[i].w.cross(point - bodies.motion[i].x); };
+    const auto acceleration = [&](int i) -> Vec3 {
+        return bodies.motion[i].acceleration + (bodies.motion[i].inv_inertia_W * bodies.motion[i].torque).cross(point - bodies.motion[i].x);
+    };
+    const Vec3 v = velocity(block.a) - velocity(block.b), a = dt * (acceleration(block.a) - acceleration(block.b));
+    const Real scale = std::max(acceleration(block.a).norm(), acceleration(block.b).norm()) * dt;
+    return {v - block.n * block.n.dot(v), a - block.n * block.n.dot(a), scale};
+}
+
+void build_manifold(WorldData& world, Real dt, const Contact& c, CachedManifold& m, const SolverBody& a, const SolverBody& b,
+                    SiIsland& island) {
+    ContactPool& pool = world.contact_pool;
+    ContactBlock block;
+    block.a = a.index;
+    block.b = b.index;
+    block.first = static_cast<int>(pool.normals.size());
+    block.count = m.count;
+    block.n = m.n;
+    block.frame = m.owner == NormalOwner::kA ? NormalFrame::kA : m.owner == NormalOwner::kB ? NormalFrame::kB : NormalFrame::kWorld;
+    block.n_local = block.frame == NormalFrame::kA   ? Vec3(a.X_SB.R * m.n_local)
+                    : block.frame == NormalFrame::kB ? Vec3(b.X_SB.R * m.n_local)
+                                                     : m.n;
+    block.inv_mass_a = world.solver_bodies.motion[a.index].inv_mass;
+    block.inv_mass_b = world.solver_bodies.motion[b.index].inv_mass;
+    block.mu = c.mu;
+    block.restitution = c.restitution;
+    island.has_bounce |= c.restitution > 0;
+    // Against what cannot move the spring may be twice as stiff and half as damped: there is no partner to pass the error on to.
+    const bool fixed = block.inv_mass_a == 0 || block.inv_mass_b == 0;
+    const SiSettings defaults;
+    block.soft = fixed ? make_softness(2 * defaults.contact_h_omega, 0.5 * defaults.contact_damping)
+                       : make_softness(defaults.contact_h_omega, defaults.contact_damping);
+    if (c.mu > 0) {
+        block.friction = static_cast<int>(pool.frictions.size());
+        pool.frictions.resize(pool.frictions.size() + 2 * m.count);
+    }
+    const std::size_t points = pool.normals.size() + m.count;
+    pool.normals.resize(points);
+    pool.geometry.resize(points);
+    pool.warm.resize(points);
+    pool.impulse.resize(points);
+    pool.total.resize(points);
+    const Transform X_WA(world.solver_bodies.motion[a.index].R, world.solver_bodies.motion[a.index].x);
+    for (int i = 0; i < m.count; ++i) {
+        const CachedPoint& p = m.points[i];
+        const PointGeometry g{a.X_SB * p.core_a_A, b.X_SB * p.core_b_B, p.radius_a, p.radius_b};
+        pool.geometry[block.first + i] = g;
+        if (block.friction < 0) continue;
+        const PointMotion motion = tangential_motion(world.solver_bodies, block, X_WA * g.core_a_A - g.radius_a * m.n, dt);
+        pool.frictions[block.friction + 2 * i].t = tangent_direction(motion.slip, motion.pull, motion.pull_scale, p.t1);
+    }
+    build_block(pool, block, world.solver_bodies);
+    for (int i = 0; i < m.count; ++i) {
+        CachedPoint& p = m.points[i];
+        PointImpulse& warm = pool.warm[block.first + i];
+        warm = {p.warm_normal, {0, 0}};
+        if (block.friction >= 0) {
+            const FrictionRow* rows = &pool.frictions[block.friction + 2 * i];
+            warm.friction[0] = rows[0].t.dot(p.warm_friction);
+            warm.friction[1] = rows[1].t.dot(p.warm_friction);
+            p.t1 = rows[0].t;
+        }
+        pool.impulse[block.first + i] = {};
+        pool.total[block.first + i] = {};
+    }
+    pool.blocks.push_back(block);
+}
+
+}  // namespace
+
+void build_contact_blocks(WorldData& world, Real dt, const std::vector<std::uint32_t>& order, int begin, int end, SiIsland& island) {
+    for (int k = begin; k < end; ++k) {
+        Contact& c = world.contacts.slots()[order[k]];
+        const SolverBody a = solver_body(world, c.body_a, island), b = solver_body(world, c.body_b, island);
+        for (int i = 0; i < c.manifold_count; ++i) {
+            if (c.manifold(i).count == 0) continue;
+            build_manifold(world, dt, c, c.manifold(i), a, b, island);
+            world.block_sources.push_back({order[k], static_cast<std::uint32_t>(i)});
+        }
+    }
+    island.contacts.end = static_cast<int>(world.contact_pool.blocks.size());
+}
+
+void store_contact_impulses(WorldData& world, const SiIsland& island) {
+    const ContactPool& pool = world.contact_pool;
+    for (int k = island.contacts.begin; k < island.contacts.end; ++k) {
+        const ContactBlock& block = pool.blocks[k];
+        CachedManifold& m =
+            world.contacts.slots()[world.block_sources[k].contact].manifold(static_cast<int>(world.block_sources[k].manifold));
+        for (int i = 0; i < block.count; ++i) {
+            CachedPoint& p = m.points[i];
+            const PointImpulse &warm = pool.warm[block.first + i], &total = pool.total[block.first + i];
+            p.warm_normal = warm.normal;
+            p.normal_impulse = total.normal;
+            p.friction_impulse[0] = total.friction[0];
+            p.friction_impulse[1] = total.friction[1];
+            if (block.friction < 0) continue;
+            const FrictionRow* rows = &pool.frictions[block.friction + 2 * i];
+            p.warm_friction = warm.friction[0] * rows[0].t + warm.friction[1] * rows[1].t;
+        }
+    }
+}
+
+}  // namespace cairn

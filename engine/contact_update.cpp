@@ -1,0 +1,64 @@
+// Stage 2: brings each contact up to date, cheapest way first: nobody awake → as it was; relative pose unchanged → reuse; else the narrow
+// phase.
+#include "engine/reach.hpp"
+#include "engine/world_data.hpp"
+
+#include <algorithm>
+
+namespace cairn {
+namespace {
+
+void ask_narrow_phase(WorldData& world, Contact& c, const Transform& X_WA, const Transform& X_WB, const Transform& X_AB, Real margin,
+                      NarrowStats& stats) {
+    const ShapeRecord &a = world.shapes[c.shape_a], &b = world.shapes[c.shape_b];
+    world.fresh.clear();
+    // Asked with some to spare, so that a reach that grows by a hair does not end the reuse.
+    margin *= 1.25;
+    const NarrowResult result = collide_shapes({&a.shape, a.X_WS}, {&b.shape, b.X_WS}, margin, c.cache, world.fresh, stats);
+    if (result == NarrowResult::kFailed) {  // the last manifold stays, at the present poses
+        ContactStore::refresh(c, X_WA, X_WB);
+        return;
+    }
+    ContactStore::replace(c, world.fresh.data(), static_cast<int>(world.fresh.size()), X_WA, X_WB);
+    c.X_AB_query = X_AB;
+    c.query_margin = margin;
+    c.fresh = false;
+}
+
+void count_contact(const Contact& c, StepReport& report) {
+    for (int i = 0; i < c.manifold_count; ++i) {
+        const CachedManifold& m = c.manifold(i);
+        report.manifolds += m.count > 0;
+        report.contacts += static_cast<std::uint32_t>(m.count);
+        for (int k = 0; k < m.count; ++k) report.max_penetration = std::max(report.max_penetration, -m.points[k].separation);
+    }
+}
+
+}  // namespace
+
+void update_contacts(WorldData& world, Real dt, StepReport& report) {
+    NarrowStats stats;
+    for (Contact& c : world.contacts.slots()) {
+        if (!c.alive) continue;
+        const Body &a = world.bodies[c.body_a], &b = world.bodies[c.body_b];
+        const bool a_moves = a.is_awake() || (a.type == BodyType::kKinematic && !(a.v.isZero(0) && a.w.isZero(0)));
+        const bool b_moves = b.is_awake() || (b.type == BodyType::kKinematic && !(b.v.isZero(0) && b.w.isZero(0)));
+        if (a_moves || b_moves || c.fresh) {
+            const Transform X_WA = a.transform(), X_WB = b.transform();
+            const Transform X_AB(X_WA.R.transpose() * X_WB.R, X_WA.to_local(X_WB.p));
+            const Real margin = pair_margin(world, a, world.shapes[c.shape_a], b, world.shapes[c.shape_b], dt);
+            if (ContactStore::is_reusable(c, X_AB, margin)) {
+                ContactStore::refresh(c, X_WA, X_WB);
+                ++report.manifolds_reused;
+            } else {
+                ask_narrow_phase(world, c, X_WA, X_WB, X_AB, margin, stats);
+            }
+        }
+        count_contact(c, report);
+    }
+    report.narrow_queries = stats.queries;
+    report.fcl_calls = stats.fcl_calls;
+    report.fcl_failures = stats.failures;
+}
+
+}  // namespace cairn

@@ -1,0 +1,218 @@
+// Stages 3 and 4: groups what is tied together, builds rows per island, solves, takes the results back.
+#include "engine/world_data.hpp"
+
+#include <algorithm>
+
+namespace cairn {
+namespace {
+
+SiSettings si_settings(const WorldSettings& s) {
+    SiSettings out;
+    out.substeps = s.substeps;
+    out.iterations = s.iterations;
+    out.residual_tolerance = s.residual_tolerance;
+    out.stabilisation = s.stabilisation == Stabilisation::kSoft             ? SiStabilisation::kSoft
+                        : s.stabilisation == Stabilisation::kTargetVelocity ? SiStabilisation::kTargetVelocity
+                                                                            : SiStabilisation::kNone;
+    return out;
+}
+
+void add_dynamic(WorldData& world, std::uint32_t index) {
+    const Body& body = world.bodies[index];
+    BodyMotion m;
+    m.x = body.X_WB.p;
+    m.q = body.X_WB.q;
+    m.R = body.R;
+    m.inv_mass = body.inv_mass;
+    m.inv_inertia_B = body.inv_inertia_B;
+    m.inv_inertia_W = body.R * body.inv_inertia_B * body.R.transpose();
+    m.acceleration = external_acceleration(world, body);
+    m.torque = body.torque;
+    m.rotor = body.rotor;
+    world.solver_index[index] = world.solver_bodies.size();
+    world.solver_bodies.motion.push_back(m);
+    world.solver_bodies.velocity.push_back({body.v, body.w});
+}
+
+// Index of a joint's body in the solver; what cannot move becomes the immovable body, its part of the geometry goes to world coordinates.
+int joint_body(const WorldData& world, std::uint32_t body, Vec3& anchor, Mat3& frame) {
+    if (body == UINT32_MAX) return kImmovable;
+    const Body& b = world.bodies[body];
+    if (world.solver_index[body] >= 0) return world.solver_index[body];
+    anchor = b.transform() * anchor;
+    frame = b.R * frame;
+    return kImmovable;
+}
+
+template <int N>
+void add_joint_block(WorldData& world, std::uint32_t index, std::vector<JointBlock<N>>& pool) {
+    const Joint& joint = world.joints[index];
+    JointBlock<N>& block = pool.emplace_back();
+    block.geometry = joint.geometry;
+    block.a = joint_body(world, joint.body_a, block.geometry.anchor_a_A, block.geometry.frame_A);
+    block.b = joint_body(world, joint.body_b, block.geometry.anchor_b_B, block.geometry.frame_B);
+    block.warm = joint.warm.head<N>();
+    block.impulse.setZero();
+    block.total.setZero();
+    world.joint_sources[static_cast<int>(joint.type)].push_back({index});
+}
+
+void add_joint(WorldData& world, std::uint32_t index) {
+    JointPool& pool = world.joint_pool;
+    switch (world.joints[index].type) {
+        case JointType::kBall:
+            add_joint_block<3>(world, index, pool.ball);
+            return;
+        case JointType::kHinge:
+            add_joint_block<5>(world, index, pool.hinge);
+            return;
+        case JointType::kSlider:
+            add_joint_block<5>(world, index, pool.slider);
+            return;
+        case JointType::kFixed:
+            add_joint_block<6>(world, index, pool.fixed);
+            return;
+        case JointType::kDistance:
+            add_joint_block<1>(world, index, pool.distance);
+            return;
+    }
+}
+
+template <int N>
+void store_joints(WorldData& world, const std::vector<JointBlock<N>>& pool, JointType type, const JointRanges& ranges) {
+    const int k = static_cast<int>(type);
+    for (int i = ranges.begin[k]; i < ranges.end[k]; ++i) {
+        Joint& joint = world.joints[world.joint_sources[k][i]];
+        joint.warm.head<N>() = pool[i].warm;
+        joint.total.head<N>() = pool[i].total;
+    }
+}
+
+void joint_pool_sizes(const JointPool& pool, int sizes[5]) {
+    const std::size_t n[5] = {pool.ball.size(), pool.hinge.size(), pool.slider.size(), pool.fixed.size(), pool.distance.size()};
+    for (int k = 0; k < 5; ++k) sizes[k] = static_cast<int>(n[k]);
+}
+
+// An awake kinematic body that a joint holds enters the island like one that a contact touches.
+void add_joint_kinematics(WorldData& world, std::uint32_t index, SiIsland& island) {
+    for (std::uint32_t body : {world.joints[index].body_a, world.joints[index].body_b}) {
+        if (body == UINT32_MAX || world.bodies[body].type != BodyType::kKinematic || world.solver_index[body] >= 0) continue;
+        add_kinematic(world, body, island);
+    }
+}
+
+SiIsland build_island(WorldData& world, int index, Real dt) {
+    const IslandBuilder& islands = world.islands;
+    SiIsland island;
+    island.body_begin = world.solver_bodies.size();
+    const IndexRange bodies = islands.bodies(index);
+    for (int k = bodies.begin; k < bodies.end; ++k) add_dynamic(world, islands.body_list()[k]);
+    island.dynamic_end = island.body_end = world.solver_bodies.size();
+
+    const IndexRange joints = islands.items(index, IslandBuilder::kJoint);
+    joint_pool_sizes(world.joint_pool, island.joints.begin);
+    for (int k = joints.begin; k < joints.end; ++k) {
+        add_joint_kinematics(world, islands.item_list(IslandBuilder::kJoint)[k], island);
+        add_joint(world, islands.item_list(IslandBuilder::kJoint)[k]);
+    }
+    joint_pool_sizes(world.joint_pool, island.joints.end);
+    if (joints.begin < joints.end) build_joints(world.joint_pool, island.joints, world.solver_bodies);
+
+    island.contacts.begin = static_cast<int>(world.contact_pool.blocks.size());
+    const IndexRange contacts = islands.items(index, IslandBuilder::kContact);
+    build_contact_blocks(world, dt, islands.item_list(IslandBuilder::kContact), contacts.begin, contacts.end, island);
+    for (std::uint32_t body : world.kinematic_used) world.solver_index[body] = -1;
+    world.kinematic_used.clear();
+    return island;
+}
+
+void store_island(WorldData& world, int index, const SiIsland& island, StepReport& report) {
+    const IndexRange bodies = world.islands.bodies(index);
+    for (int k = bodies.begin; k < bodies.end; ++k) {
+        const int i = island.body_begin + k - bodies.begin;
+        const BodyMotion& m = world.solver_bodies.motion[i];
+        accept_state(world, world.islands.body_list()[k], {m.q, m.x}, world.solver_bodies.velocity[i].v, world.solver_bodies.velocity[i].w,
+                     report);
+    }
+    store_contact_impulses(world, island);
+    store_joints<3>(world, world.joint_pool.ball, JointType::kBall, island.joints);
+    store_joints<5>(world, world.joint_pool.hinge, JointType::kHinge, island.joints);
+    store_joints<5>(world, world.joint_pool.slider, JointType::kSlider, island.joints);
+    store_joints<6>(world, world.joint_pool.fixed, JointType::kFixed, island.joints);
+    store_joints<1>(world, world.joint_pool.distance, JointType::kDistance, island.joints);
+}
+
+void clear_rows(WorldData& world) {
+    world.solver_bodies.clear();
+    world.solver_bodies.motion.emplace_back();  // kImmovable
+    world.solver_bodies.velocity.emplace_back();
+    world.contact_pool.clear();
+    world.joint_pool.clear();
+    world.block_sources.clear();
+    for (auto& sources : world.joint_sources) sources.clear();
+    world.solver_index.assign(world.bodies.size(), -1);
+}
+
+}  // namespace
+
+int add_kinematic(WorldData& world, std::uint32_t body, SiIsland& island) {
+    const Body& b = world.bodies[body];
+    BodyMotion motion;
+    motion.x = b.X_WB.p;
+    motion.q = b.X_WB.q;
+    motion.R = b.R;
+    world.solver_bodies.motion.push_back(motion);
+    world.solver_bodies.velocity.push_back({b.v, b.w});
+    world.solver_index[body] = world.solver_bodies.size() - 1;
+    world.kinematic_used.push_back(body);
+    island.body_end = world.solver_bodies.size();
+    return world.solver_index[body];
+}
+
+void build_islands(WorldData& world, StepReport& report) {
+    IslandBuilder& islands = world.islands;
+    islands.begin(world.bodies.size());
+    const auto dynamic = [&](std::uint32_t body) { return body != UINT32_MAX && world.bodies[body].is_awake() ? body : UINT32_MAX; };
+    const std::vector<Contact>& contacts = world.contacts.slots();
+    for (std::uint32_t k = 0; k < contacts.size(); ++k) {
+        const Contact& c = contacts[k];
+        if (!c.alive || c.manifold_count == 0) continue;
+        const std::uint32_t a = dynamic(c.body_a), b = dynamic(c.body_b);
+        if (a != UINT32_MAX || b != UINT32_MAX) islands.add(a, b, IslandBuilder::kContact, k);
+    }
+    for (std::uint32_t k = 0; k < world.joints.size(); ++k) {
+        const Joint& j = world.joints[k];
+        if (!j.alive) continue;
+        const std::uint32_t a = dynamic(j.body_a), b = dynamic(j.body_b);
+        if (a != UINT32_MAX || b != UINT32_MAX) islands.add(a, b, IslandBuilder::kJoint, k);
+    }
+    islands.finish();
+    report.islands = static_cast<std::uint32_t>(islands.count());
+}
+
+void solve_islands(WorldData& world, Real dt, StepReport& report) {
+    if (world.islands.count() == 0) return;
+    clear_rows(world);
+    const SiSettings settings = si_settings(world.settings);
+    // Impulses of a substep scale with its length.
+    const Real scale = world.last_dt > 0 ? dt / world.last_dt : 1;
+    SiReport solved;
+    for (int i = 0; i < world.islands.count(); ++i) {
+        const SiIsland island = build_island(world, i, dt);
+        if (scale != 1) {
+            scale_warm_start(world.contact_pool, island.contacts, scale);
+            scale_warm_start(world.joint_pool, island.joints, scale);
+        }
+        solved.add(solve_island_si(world.solver_bodies, world.contact_pool, world.joint_pool, island, dt, settings));
+        store_island(world, i, island, report);
+        report.joint_rows += static_cast<std::uint32_t>(island.joints.rows());
+    }
+    report.normal_rows = static_cast<std::uint32_t>(world.contact_pool.normals.size());
+    report.friction_rows = static_cast<std::uint32_t>(world.contact_pool.frictions.size());
+    report.contact_sweeps = solved.contact_sweeps;
+    report.joint_sweeps = solved.joint_sweeps;
+    report.rotor_calls += solved.rotor_calls;
+    report.residual = solved.residual;
+}
+
+}  // namespace cairn

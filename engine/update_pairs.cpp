@@ -1,0 +1,68 @@
+// Stage 1: tells the broad phase what moved; contacts begin and end with overlaps of fat boxes.
+#include "engine/reach.hpp"
+#include "engine/world_data.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace cairn {
+namespace {
+
+std::uint64_t pair_key(std::uint32_t a, std::uint32_t b) {
+    return a < b ? (std::uint64_t{a} << 32 | b) : (std::uint64_t{b} << 32 | a);
+}
+
+void move_proxies(WorldData& world, const Body& body, Real dt) {
+    const Transform X_WB = body.transform();
+    const Vec3 way = dt * body.v;
+    for (std::uint32_t s = body.shape_begin; s < body.shape_begin + body.shape_count; ++s) {
+        ShapeRecord& record = world.shapes[s];
+        record.X_WS = X_WB * record.X_BS;
+        if (record.proxy == kNoProxy || record.shape.type == ShapeType::kPlane) continue;
+        const Aabb tight = shape_aabb(record.shape, record.X_WS).swept(way).grown(reach_without_way(world, body, record, dt));
+        world.broad_phase.move(record.proxy, tight, way);
+    }
+}
+
+void begin_contact(WorldData& world, std::uint32_t shape_a, std::uint32_t shape_b) {
+    const ShapeRecord &a = world.shapes[shape_a], &b = world.shapes[shape_b];
+    const BodyInfo &info_a = world.info[a.body], &info_b = world.info[b.body];
+    Contact c;
+    c.shape_a = shape_a;
+    c.shape_b = shape_b;
+    c.body_a = a.body;
+    c.body_b = b.body;
+    c.mu = std::sqrt(info_a.friction * info_b.friction);
+    c.restitution = std::max(info_a.restitution, info_b.restitution);
+    c.size = std::min(a.size, b.size);
+    world.contacts.add(c);
+}
+
+}  // namespace
+
+bool may_collide(const WorldData& world, std::uint32_t body_a, std::uint32_t body_b) {
+    if (body_a == body_b) return false;
+    const Body &a = world.bodies[body_a], &b = world.bodies[body_b];
+    if (!a.is_dynamic() && !b.is_dynamic()) return false;
+    return world.jointed_pairs.empty() || !world.jointed_pairs.contains(pair_key(body_a, body_b));
+}
+
+void flush_broad_phase(WorldData& world) {
+    const auto accept = [&](std::uint32_t s, std::uint32_t t) { return may_collide(world, world.shapes[s].body, world.shapes[t].body); };
+    world.broad_phase.update_pairs(accept, world.begun, world.ended);
+    for (const ProxyPair& p : world.ended) world.contacts.remove(world.broad_phase.user(p.a), world.broad_phase.user(p.b));
+    for (const ProxyPair& p : world.begun) begin_contact(world, world.broad_phase.user(p.a), world.broad_phase.user(p.b));
+}
+
+void update_pairs(WorldData& world, Real dt, StepReport& report) {
+    for (Body& body : world.bodies) {
+        if (!body.alive || !body.enabled) continue;
+        if (!body.moved && (body.asleep || body.type == BodyType::kStatic)) continue;
+        move_proxies(world, body, dt);
+        body.moved = false;
+    }
+    flush_broad_phase(world);
+    report.pairs = static_cast<std::uint32_t>(world.contacts.size());
+}
+
+}  // namespace cairn

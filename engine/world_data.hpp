@@ -1,0 +1,156 @@
+// What a world holds, and the stages of its step (each in a file of its own). Internal: consumers see engine/world.hpp.
+#pragma once
+
+#include "collision/broad_phase.hpp"
+#include "collision/narrow_phase.hpp"
+#include "engine/contact_store.hpp"
+#include "engine/island.hpp"
+#include "engine/world.hpp"
+#include "solver/si.hpp"
+
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+namespace cairn {
+
+// The part of a body that every step reads. Poses and velocities in World.
+struct Body {
+    Pose X_WB;
+    Mat3 R = Mat3::Identity();  // of X_WB.q
+    Vec3 v = Vec3::Zero();
+    Vec3 w = Vec3::Zero();
+    Real inv_mass = 0;  // dynamic bodies only; else 0
+    Mat3 inv_inertia_B = Mat3::Zero();
+    RotorInertia rotor;
+    Vec3 force = Vec3::Zero();
+    Vec3 torque = Vec3::Zero();
+    Real radius = 0;                // [m], of the sphere about the origin that holds the shapes
+    Real rest_time = 0;             // [s], for how long it has been slow
+    std::uint32_t shape_begin = 0;  // its shapes in WorldData::shapes
+    std::uint32_t shape_count = 0;
+    BodyType type = BodyType::kStatic;
+    bool alive = true;
+    bool enabled = true;
+    bool asleep = false;
+    bool moved = true;              // its shapes have to be told to the broad phase even if it does not move by itself
+    std::uint32_t sleep_group = 0;  // bodies that fell asleep together wake together
+
+    bool is_dynamic() const { return type == BodyType::kDynamic && enabled; }
+    bool is_awake() const { return type == BodyType::kDynamic && enabled && !asleep; }
+    Transform transform() const { return {R, X_WB.p}; }
+};
+
+// The part that steps rarely read.
+struct BodyInfo {
+    std::string name;
+    std::uint32_t generation = 0;
+    Real mass = 0;
+    Mat3 inertia_B = Mat3::Zero();
+    Real friction = 0;
+    Real restitution = 0;
+    Real torsional_friction = 0;
+    Real rolling_friction = 0;
+    std::optional<RotateSine> motion;
+    Quat rotation0 = Quat::Identity();  // of a kinematic body with a motion: its rotation at sin(…) = 0
+    Real motion_time0 = 0;              // [s], world time at which its motion began
+};
+
+// A shape in the world.
+struct ShapeRecord {
+    Shape shape;
+    std::uint32_t body = 0;
+    std::uint32_t index = 0;  // among its body's shapes
+    ProxyId proxy = kNoProxy;
+    Transform X_BS;
+    Transform X_WS;
+    Real size = 0;         // [m], smallest extent (planes and meshes: unbounded)
+    Real spin_radius = 0;  // [m], how far the farthest point moves when the body turns by a radian
+};
+
+struct Joint {
+    JointType type = JointType::kBall;
+    std::uint32_t body_a = UINT32_MAX;  // UINT32_MAX: the world
+    std::uint32_t body_b = UINT32_MAX;
+    JointGeometry geometry;
+    VecN<6> warm = VecN<6>::Zero();   // impulses of a substep
+    VecN<6> total = VecN<6>::Zero();  // of the last step
+    std::uint32_t generation = 0;
+    bool collide_connected = false;
+    bool alive = true;
+};
+
+// Where a block of the solver came from: its contact and manifold.
+struct BlockSource {
+    std::uint32_t contact = 0;
+    std::uint32_t manifold = 0;
+};
+
+// Where a joint block came from.
+struct JointSource {
+    std::uint32_t joint = 0;
+};
+
+struct WorldData {
+    WorldSettings settings;
+    Real time = 0;
+    std::vector<Body> bodies;
+    std::vector<BodyInfo> info;
+    std::vector<ShapeRecord> shapes;
+    std::vector<Joint> joints;
+    std::vector<std::uint32_t> free_bodies;
+    std::vector<std::uint32_t> free_joints;
+    std::unordered_map<std::uint32_t, std::vector<std::uint32_t>> free_shape_blocks;  // by their length
+    BroadPhase broad_phase;
+    ContactStore contacts;
+    std::unordered_map<std::uint64_t, int> jointed_pairs;  // body pairs whose joint keeps them from colliding
+    std::uint32_t next_sleep_group = 1;
+    Real last_dt = 0;
+
+    // Scratch of a step: kept for its memory.
+    std::vector<ProxyPair> begun, ended;
+    std::vector<Manifold> fresh;
+    IslandBuilder islands;
+    SolverBodies solver_bodies;
+    ContactPool contact_pool;
+    JointPool joint_pool;
+    std::vector<BlockSource> block_sources;
+    std::vector<std::uint32_t> joint_sources[5];
+    std::vector<int> solver_index;  // body → index in solver_bodies, this island
+    std::vector<std::uint32_t> kinematic_used;
+};
+
+// External acceleration of a dynamic body [m/s²].
+inline Vec3 external_acceleration(const WorldData& world, const Body& body) {
+    return world.settings.gravity + body.inv_mass * body.force;
+}
+
+// Stages of the step, in order; each fills its part of the report.
+void drive_kinematic_bodies(WorldData& world, Real dt);
+void update_pairs(WorldData& world, Real dt, StepReport& report);
+// Begins and ends contacts by what moved since the last call.
+void flush_broad_phase(WorldData& world);
+void update_contacts(WorldData& world, Real dt, StepReport& report);
+void wake_touched(WorldData& world);
+void build_islands(WorldData& world, StepReport& report);
+void solve_islands(WorldData& world, Real dt, StepReport& report);
+void move_free_bodies(WorldData& world, Real dt, StepReport& report);
+void move_kinematic_bodies(WorldData& world, Real dt);
+void put_to_sleep(WorldData& world, Real dt, StepReport& report);
+
+// Adds an island's own copy of a kinematic body; returns its index in solver_bodies.
+int add_kinematic(WorldData& world, std::uint32_t body, SiIsland& island);
+
+// Rows of the manifolds and joints of one island; bodies must be in solver_bodies and solver_index. `range` gets the blocks.
+void build_contact_blocks(WorldData& world, Real dt, const std::vector<std::uint32_t>& order, int begin, int end, SiIsland& island);
+void store_contact_impulses(WorldData& world, const SiIsland& island);
+
+// Writes the new state of a dynamic body unless it is not finite: then the body stays where it was, is disabled and reported.
+void accept_state(WorldData& world, std::uint32_t body, const Pose& pose, const Vec3& v, const Vec3& w, StepReport& report);
+void disable_body(WorldData& world, std::uint32_t body);
+void wake_group(WorldData& world, std::uint32_t body);
+
+// Relation of two bodies that may touch: at least one dynamic, not kept apart by a joint.
+bool may_collide(const WorldData& world, std::uint32_t body_a, std::uint32_t body_b);
+
+}  // namespace cairn
