@@ -9,9 +9,10 @@
 namespace cairn {
 namespace {
 
-constexpr Real kMargin = 0.05;       // of a moving proxy's largest half extent
-constexpr Real kLookAhead = 2;       // displacements that a fat box reaches ahead,
-constexpr Real kMaxLookAhead = 1.0;  // but no farther than this many largest half extents
+constexpr Real kMargin = 0.05;        // of a moving proxy's largest half extent
+constexpr Real kLookAhead = 2;        // displacements that a fat box reaches ahead,
+constexpr Real kMaxLookAhead = 1.0;   // but no farther than this many largest half extents
+constexpr Real kRebuildShare = 0.25;  // of a tree's leaves: if more were touched, the tree is built anew
 
 enum class Kind : std::uint8_t { kFree, kMoving, kStatic, kPlane };
 
@@ -88,6 +89,18 @@ struct BroadPhase::Impl {
         if (proxies[id].touched) return;
         proxies[id].touched = true;
         touched.push_back(id);
+    }
+
+    // Puts what was added or moved where it belongs in its tree: one by one, or by building the tree anew if that is a good part of it.
+    void tidy(Kind kind) {
+        const auto in_tree = [&](ProxyId id) { return proxies[id].kind == kind; };
+        const std::size_t count = static_cast<std::size_t>(std::count_if(touched.begin(), touched.end(), in_tree));
+        if (count > kRebuildShare * static_cast<Real>(tree(kind).size())) {
+            tree(kind).rebuild();
+            return;
+        }
+        for (const ProxyId id : touched)
+            if (in_tree(id)) tree(kind).reinsert(proxies[id].leaf);
     }
 
     // Everything that a proxy of this kind and box may be paired with.
@@ -171,8 +184,7 @@ bool BroadPhase::move(ProxyId id, const Aabb& tight, const Vec3& displacement) {
     Proxy& proxy = s.proxies[id];
     if (proxy.fat.contains(tight) || !is_finite(tight.lo) || !is_finite(tight.hi)) return false;
     proxy.fat = fattened(tight, displacement, proxy.kind);
-    s.tree(proxy.kind).remove(proxy.leaf);
-    proxy.leaf = s.tree(proxy.kind).insert(proxy.fat, id);
+    s.tree(proxy.kind).set_box(proxy.leaf, proxy.fat);
     s.touch(id);
     ++s.moved_count;
     return true;
@@ -195,6 +207,8 @@ void BroadPhase::update_pairs(const std::function<bool(std::uint32_t, std::uint3
 
     ended.insert(ended.end(), s.orphans.begin(), s.orphans.end());
     std::sort(s.touched.begin(), s.touched.end());
+    s.tidy(Kind::kMoving);
+    s.tidy(Kind::kStatic);
     for (const ProxyId id : s.touched)
         if (s.proxies[id].kind != Kind::kFree) s.refresh(id, accept, begun, ended);
     for (const ProxyId id : s.touched) s.proxies[id].touched = false;

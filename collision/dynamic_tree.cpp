@@ -1,7 +1,9 @@
 #include "collision/dynamic_tree.hpp"
 
+#include "collision/box_splitter.hpp"
+
 #include <algorithm>
-#include <utility>
+#include <numeric>
 
 namespace cairn {
 
@@ -21,9 +23,37 @@ void DynamicTree::release(int node) {
     free_ = node;
 }
 
+int DynamicTree::insert(const Aabb& box, std::int32_t item) {
+    const int leaf = allocate();
+    nodes_[leaf].box = box;
+    nodes_[leaf].child = {-1, item};
+    attach(leaf);
+    ++size_;
+    return leaf;
+}
+
+void DynamicTree::remove(int leaf) {
+    detach(leaf);
+    release(leaf);
+    --size_;
+}
+
+void DynamicTree::set_box(int leaf, const Aabb& box) {
+    nodes_[leaf].box = box;
+    for (int node = nodes_[leaf].parent; node >= 0 && !nodes_[node].box.contains(box); node = nodes_[node].parent)
+        nodes_[node].box = nodes_[node].box.merged(box);
+}
+
+void DynamicTree::reinsert(int leaf) {
+    detach(leaf);
+    attach(leaf);
+}
+
 // Where a new leaf costs least: at each node, either it becomes the node's sibling or it goes down the cheaper child. Costs are half areas:
-// of the new parent, plus what all ancestors grow by.
+// of the new parent, which is at least that of the box, plus what the nodes on the way grow by. Equal costs (boxes at one place) go down
+// the lower side.
 int DynamicTree::best_sibling(const Aabb& box) const {
+    const Real own = box.half_area();
     int at = root_;
     while (!nodes_[at].is_leaf()) {
         const Real joined = nodes_[at].box.merged(box).half_area();
@@ -31,41 +61,40 @@ int DynamicTree::best_sibling(const Aabb& box) const {
         std::array<Real, 2> below;
         for (int k = 0; k < 2; ++k) {
             const Node& child = nodes_[nodes_[at].child[k]];
-            below[k] = growth + child.box.merged(box).half_area() - (child.is_leaf() ? 0 : child.box.half_area());
+            below[k] = growth + child.box.merged(box).half_area() + (child.is_leaf() ? 0 : own - child.box.half_area());
         }
         if (joined < std::min(below[0], below[1])) break;
-        at = nodes_[at].child[below[1] < below[0] ? 1 : 0];
+        const auto& [a, b] = nodes_[at].child;
+        const bool second = below[0] != below[1] ? below[1] < below[0] : nodes_[b].height < nodes_[a].height;
+        at = second ? b : a;
     }
     return at;
 }
 
-int DynamicTree::insert(const Aabb& box, std::int32_t item) {
-    const int leaf = allocate();
-    nodes_[leaf].box = box;
-    nodes_[leaf].child = {-1, item};
-    if (root_ < 0) return root_ = leaf;
-
-    const int sibling = best_sibling(box);
+void DynamicTree::attach(int leaf) {
+    nodes_[leaf].parent = -1;
+    if (root_ < 0) {
+        root_ = leaf;
+        return;
+    }
+    const int sibling = best_sibling(nodes_[leaf].box);
     const int parent = allocate();
     replace_child(nodes_[sibling].parent, sibling, parent);
     nodes_[parent].child = {sibling, leaf};
     nodes_[sibling].parent = nodes_[leaf].parent = parent;
-    refit(parent);
-    repair_upwards(nodes_[parent].parent);
-    return leaf;
+    refit_upwards(parent);
 }
 
-void DynamicTree::remove(int leaf) {
+void DynamicTree::detach(int leaf) {
     const int parent = nodes_[leaf].parent;
     if (parent < 0) {
         root_ = -1;
-    } else {
-        const int sibling = nodes_[parent].child[nodes_[parent].child[0] == leaf ? 1 : 0];
-        replace_child(nodes_[parent].parent, parent, sibling);
-        repair_upwards(nodes_[parent].parent);
-        release(parent);
+        return;
     }
-    release(leaf);
+    const int sibling = nodes_[parent].child[nodes_[parent].child[0] == leaf ? 1 : 0];
+    replace_child(nodes_[parent].parent, parent, sibling);
+    refit_upwards(nodes_[parent].parent);
+    release(parent);
 }
 
 void DynamicTree::replace_child(int parent, int old_child, int new_child) {
@@ -76,48 +105,97 @@ void DynamicTree::replace_child(int parent, int old_child, int new_child) {
         nodes_[parent].child[nodes_[parent].child[0] == old_child ? 0 : 1] = new_child;
 }
 
-// Box and height from the children; false if neither changed.
-bool DynamicTree::refit(int node) {
+void DynamicTree::refit(int node) {
     Node& n = nodes_[node];
     const Node &a = nodes_[n.child[0]], &b = nodes_[n.child[1]];
-    const Aabb box = a.box.merged(b.box);
-    const int height = 1 + std::max(a.height, b.height);
-    if (height == n.height && box.lo == n.box.lo && box.hi == n.box.hi) return false;
-    n.box = box;
-    n.height = height;
-    return true;
+    n.box = a.box.merged(b.box);
+    n.height = 1 + std::max(a.height, b.height);
 }
 
-void DynamicTree::repair_upwards(int node) {
-    while (node >= 0) {
-        const int top = balance(node);
-        if (!refit(top) && top == node) return;  // nothing above can have changed
-        node = nodes_[top].parent;
+void DynamicTree::refit_upwards(int node) {
+    for (; node >= 0; node = nodes_[node].parent) {
+        rotate(node);
+        refit(node);
     }
 }
 
-// If one child is two levels higher than the other, it takes its parent's place and hands down its own lower child. Returns the new top.
-int DynamicTree::balance(int node) {
-    const std::array<std::int32_t, 2> child = nodes_[node].child;
-    const int lean = nodes_[child[1]].height - nodes_[child[0]].height;
-    if (std::abs(lean) <= 1) return node;
+// Trades a child of the node for a child of its sibling, whichever of the four trades shrinks the sibling's box most; none if none does.
+void DynamicTree::rotate(int node) {
+    Real best_saving = 0;
+    int best_up = -1, best_down = -1;  // the grandchild that rises and the child that sinks in its stead
+    for (int k = 0; k < 2; ++k) {
+        const int down = nodes_[node].child[k];
+        const Node& sibling = nodes_[nodes_[node].child[1 - k]];
+        if (sibling.is_leaf()) continue;
+        const Real area = sibling.box.half_area();
+        for (int j = 0; j < 2; ++j) {
+            const Real saving = area - nodes_[sibling.child[1 - j]].box.merged(nodes_[down].box).half_area();
+            if (saving <= best_saving) continue;
+            best_saving = saving;
+            best_up = sibling.child[j];
+            best_down = down;
+        }
+    }
+    if (best_up < 0) return;
+    const int sibling = nodes_[best_up].parent;
+    replace_child(sibling, best_up, best_down);
+    replace_child(node, best_down, best_up);
+    refit(sibling);
+}
 
-    const int tall = child[lean > 0 ? 1 : 0];
-    const int low = child[lean > 0 ? 0 : 1];
-    auto [keep, give] = nodes_[tall].child;
-    const Aabb& beside = nodes_[low].box;
-    const bool tie = nodes_[keep].height == nodes_[give].height;
-    const bool swap_by_area = tie && beside.merged(nodes_[keep].box).half_area() < beside.merged(nodes_[give].box).half_area();
-    if (nodes_[keep].height < nodes_[give].height || swap_by_area) std::swap(keep, give);
+// All leaves and all inner nodes, ascending.
+void DynamicTree::collect() {
+    leaves_.clear();
+    inner_.clear();
+    order_.clear();
+    if (root_ >= 0) order_.push_back(root_);
+    while (!order_.empty()) {
+        const int node = order_.back();
+        order_.pop_back();
+        if (nodes_[node].is_leaf()) {
+            leaves_.push_back(node);
+        } else {
+            inner_.push_back(node);
+            order_.insert(order_.end(), nodes_[node].child.begin(), nodes_[node].child.end());
+        }
+    }
+    std::sort(leaves_.begin(), leaves_.end());
+    std::sort(inner_.begin(), inner_.end());
+}
 
-    replace_child(nodes_[node].parent, node, tall);
-    nodes_[tall].child = {node, keep};
-    nodes_[node].child = {low, give};
-    nodes_[node].parent = tall;
-    nodes_[give].parent = node;
-    refit(node);
-    refit(tall);
-    return tall;
+// From the top down by the surface area heuristic. Leaves keep their handles; inner nodes are dealt out again, parents before their
+// children, so that neighbours in the tree are neighbours in memory.
+void DynamicTree::rebuild() {
+    collect();
+    if (leaves_.size() < 3) return;
+    boxes_.clear();
+    for (const int leaf : leaves_) boxes_.push_back(nodes_[leaf].box);
+    order_.resize(leaves_.size());
+    std::iota(order_.begin(), order_.end(), 0);
+
+    const BoxSplitter splitter(boxes_);
+    std::size_t used = 0;
+    root_ = -1;
+    tasks_.assign(1, {0, static_cast<int>(leaves_.size()), 0, -1});
+    while (!tasks_.empty()) {
+        const Task task = tasks_.back();
+        tasks_.pop_back();
+        const bool is_leaf = task.last - task.first == 1;
+        const int node = is_leaf ? leaves_[order_[task.first]] : inner_[used++];
+        nodes_[node].parent = task.parent;
+        if (task.parent < 0)
+            root_ = node;
+        else
+            nodes_[task.parent].child[nodes_[task.parent].child[0] < 0 ? 0 : 1] = node;
+        if (is_leaf) continue;
+
+        nodes_[node].child = {-1, -1};
+        int* const order = order_.data();
+        const int middle = static_cast<int>(splitter.split(order + task.first, order + task.last, task.depth) - order);
+        tasks_.push_back({middle, task.last, task.depth + 1, node});
+        tasks_.push_back({task.first, middle, task.depth + 1, node});
+    }
+    for (std::size_t i = inner_.size(); i-- > 0;) refit(inner_[i]);  // children come after their parents
 }
 
 }  // namespace cairn

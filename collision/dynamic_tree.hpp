@@ -1,9 +1,8 @@
 // A bounding volume hierarchy over boxes that come, go and move. Internal to the broad phase.
 //
 // A binary tree: boxes at the leaves, a node's box holds those of its children. A new leaf goes where it adds least surface area on the way
-// down (Goldsmith & Salmon 1987); rotations keep the heights of siblings within one of each other (Adelson-Velsky & Landis 1962; the order
-// of children means nothing here, so one rotation always does), so a tree of n leaves is at most 1.44 log₂ n + 2 high and a query needs no
-// heap.
+// down (Goldsmith & Salmon 1987); on the way back up a node trades one child for a grandchild on the other side where that saves area
+// (Kensler 2008). When most leaves have moved, building the tree anew is both cheaper and better.
 #pragma once
 
 #include "collision/aabb.hpp"
@@ -16,34 +15,25 @@ namespace cairn {
 
 class DynamicTree {
 public:
-    // Returns the leaf's handle. Allocates only when the tree grows beyond its largest size so far.
+    // Returns the leaf's handle. Allocates, like rebuild, only when the tree grows beyond its largest size so far.
     int insert(const Aabb& box, std::int32_t item);
     void remove(int leaf);
+    // Gives the leaf a new box where it is. Queries stay right but slow down, until reinsert(leaf) or rebuild().
+    void set_box(int leaf, const Aabb& box);
+    // Moves the leaf to where its box fits best.
+    void reinsert(int leaf);
+    void rebuild();
 
-    // Calls visit(item) for every leaf whose box overlaps `box`; the order depends on the tree's history.
-    template <class Visit>
-    void query(const Aabb& box, Visit&& visit) const {
-        if (root_ < 0) return;
-        std::array<int, kStackSize> stack;
-        int size = 0;
-        stack[size++] = root_;
-        while (size > 0) {
-            const Node& node = nodes_[stack[--size]];
-            if (!node.box.overlaps(box)) continue;
-            if (node.is_leaf()) {
-                visit(node.item());
-            } else {
-                stack[size++] = node.child[1];
-                stack[size++] = node.child[0];
-            }
-        }
-    }
-
+    std::size_t size() const { return size_; }
     int height() const { return root_ < 0 ? 0 : nodes_[root_].height; }
 
-private:
-    static constexpr int kStackSize = 64;  // 1.44 · 31 + 2 < 64
+    // Calls visit(item) for every leaf whose box overlaps `box`; the order depends on the tree's history. Never allocates.
+    template <class Visit>
+    void query(const Aabb& box, Visit&& visit) const {
+        if (root_ >= 0) query_below(root_, box, visit);
+    }
 
+private:
     struct Node {
         Aabb box;
         std::int32_t parent = -1;                   // of a free node: the next free one
@@ -53,17 +43,50 @@ private:
         std::int32_t item() const { return child[1]; }
     };
 
+    template <class Visit>
+    void query_below(int top, const Aabb& box, Visit& visit) const {
+        constexpr int kStackSize = 128;
+        std::array<int, kStackSize> stack;
+        int size = 0;
+        stack[size++] = top;
+        while (size > 0) {
+            const Node& node = nodes_[stack[--size]];
+            if (!node.box.overlaps(box)) continue;
+            if (node.is_leaf()) {
+                visit(node.item());
+            } else if (size + 2 <= kStackSize) {
+                stack[size++] = node.child[1];
+                stack[size++] = node.child[0];
+            } else {  // boxes nested in each other a hundredfold
+                query_below(node.child[0], box, visit);
+                query_below(node.child[1], box, visit);
+            }
+        }
+    }
+
     int allocate();
     void release(int node);
     int best_sibling(const Aabb& box) const;
+    void attach(int leaf);
+    void detach(int leaf);
     void replace_child(int parent, int old_child, int new_child);
-    bool refit(int node);
-    void repair_upwards(int node);
-    int balance(int node);
+    void refit(int node);
+    void refit_upwards(int node);
+    void rotate(int node);
+    void collect();
 
     std::vector<Node> nodes_;
     int root_ = -1;
     int free_ = -1;
+    std::size_t size_ = 0;  // leaves
+
+    // Scratch of rebuild.
+    struct Task {
+        int first, last, depth, parent;
+    };
+    std::vector<int> leaves_, inner_, order_;
+    std::vector<Aabb> boxes_;
+    std::vector<Task> tasks_;
 };
 
 }  // namespace cairn

@@ -1,5 +1,6 @@
 #include "collision/mesh.hpp"
 
+#include "collision/box_splitter.hpp"
 #include "engine/base/error.hpp"
 
 #include <algorithm>
@@ -12,9 +13,7 @@ namespace cairn {
 namespace {
 
 constexpr int kLeafSize = 4;
-constexpr int kBins = 12;
-constexpr int kMaxSahDepth = 30;  // deeper, nodes are halved by count: at most 30 + 32 levels for any int count of triangles
-constexpr int kStackSize = 64;
+constexpr int kStackSize = 64;   // more than BoxSplitter's deepest tree
 constexpr Real kSliver = 1e-12;  // smallest area relative to the longest edge squared
 
 using Triangle = std::array<int, 3>;
@@ -92,67 +91,6 @@ Aabb triangle_box(const std::vector<Vec3>& vertices, const Triangle& t) {
     return {a.cwiseMin(b).cwiseMin(c), a.cwiseMax(b).cwiseMax(c)};
 }
 
-// Orders a range of triangles so that its two halves make good children.
-class Splitter {
-public:
-    explicit Splitter(std::vector<Aabb> boxes) : boxes_(std::move(boxes)) {}
-
-    Aabb bounds(const int* first, const int* last) const {
-        Aabb box = boxes_[*first];
-        for (const int* i = first; i != last; ++i) box = box.merged(boxes_[*i]);
-        return box;
-    }
-
-    // The start of the second child, strictly between first and last.
-    int* split(int* first, int* last, int depth) const {
-        Vec3 lo = centre(*first), hi = lo;
-        for (const int* i = first; i != last; ++i) lo = lo.cwiseMin(centre(*i)), hi = hi.cwiseMax(centre(*i));
-        int axis = 0;
-        (hi - lo).maxCoeff(&axis);
-        if (depth < kMaxSahDepth && hi[axis] > lo[axis]) {
-            int* middle = split_by_area(first, last, axis, lo[axis], hi[axis]);
-            if (middle != first && middle != last) return middle;
-        }
-        int* middle = first + (last - first) / 2;
-        std::nth_element(first, middle, last,
-                         [&](int a, int b) { return std::make_pair(centre(a)[axis], a) < std::make_pair(centre(b)[axis], b); });
-        return middle;
-    }
-
-private:
-    Vec3 centre(int i) const { return 0.5 * (boxes_[i].lo + boxes_[i].hi); }
-
-    // Surface area heuristic over bins along one axis (Wald 2007): minimal Σ area · count of the children.
-    int* split_by_area(int* first, int* last, int axis, Real lo, Real hi) const {
-        const auto bin_of = [&](int i) { return std::min(kBins - 1, static_cast<int>(kBins * ((centre(i)[axis] - lo) / (hi - lo)))); };
-        std::array<Aabb, kBins> box;
-        std::array<int, kBins> count{};
-        for (const int* i = first; i != last; ++i) {
-            const int b = bin_of(*i);
-            box[b] = count[b]++ ? box[b].merged(boxes_[*i]) : boxes_[*i];
-        }
-        std::array<Real, kBins> cost{};  // cost[b]: of splitting before bin b
-        add_costs(box, count, cost, false);
-        add_costs(box, count, cost, true);
-        const int best = static_cast<int>(std::min_element(cost.begin() + 1, cost.end()) - cost.begin());
-        return std::partition(first, last, [&](int i) { return bin_of(i) < best; });
-    }
-
-    static void add_costs(const std::array<Aabb, kBins>& box, const std::array<int, kBins>& count, std::array<Real, kBins>& cost,
-                          bool backward) {
-        Aabb sum;
-        int n = 0;
-        for (int step = 0; step + 1 < kBins; ++step) {
-            const int b = backward ? kBins - 1 - step : step;
-            if (count[b] > 0) sum = n > 0 ? sum.merged(box[b]) : box[b];
-            n += count[b];
-            cost[backward ? b : b + 1] += n > 0 ? n * sum.half_area() : 0;
-        }
-    }
-
-    std::vector<Aabb> boxes_;
-};
-
 }  // namespace
 
 TriangleMesh::TriangleMesh(std::vector<Vec3> vertices, std::vector<std::array<int, 3>> triangles)
@@ -165,7 +103,7 @@ TriangleMesh::TriangleMesh(std::vector<Vec3> vertices, std::vector<std::array<in
     std::vector<Aabb> boxes;
     boxes.reserve(triangles_.size());
     for (const Triangle& t : triangles_) boxes.push_back(triangle_box(vertices_, t));
-    const Splitter splitter(std::move(boxes));
+    const BoxSplitter splitter(boxes);
     order_.resize(triangles_.size());
     std::iota(order_.begin(), order_.end(), 0);
 

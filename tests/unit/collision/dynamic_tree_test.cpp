@@ -1,0 +1,99 @@
+#include "collision/dynamic_tree.hpp"
+
+#include "tests/support/catch.hpp"
+
+#include <algorithm>
+#include <random>
+
+using namespace cairn;
+
+namespace {
+
+Aabb cube_at(const Vec3& centre, Real half) {
+    return {centre - Vec3::Constant(half), centre + Vec3::Constant(half)};
+}
+
+std::vector<int> found(const DynamicTree& tree, const Aabb& box) {
+    std::vector<int> items;
+    tree.query(box, [&](int item) { items.push_back(item); });
+    std::sort(items.begin(), items.end());
+    return items;
+}
+
+std::vector<int> brute_force(const std::vector<Aabb>& boxes, const Aabb& box) {
+    std::vector<int> items;
+    for (int i = 0; i < static_cast<int>(boxes.size()); ++i)
+        if (boxes[i].overlaps(box)) items.push_back(i);
+    return items;
+}
+
+}  // namespace
+
+TEST_CASE("a tree finds what brute force finds after any mixture of changes and rebuilds") {
+    const unsigned seed = GENERATE(1u, 2u, 3u);
+    CAPTURE(seed);
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<Real> uniform(-1, 1);
+    const auto any_box = [&] {
+        const Real x = uniform(random), y = uniform(random), z = uniform(random);
+        return cube_at(10 * Vec3(x, y, z), std::pow(10.0, uniform(random)) / 2);
+    };
+    const Aabb away = cube_at(Vec3::Constant(1e6), 1);
+    DynamicTree tree;
+    std::vector<Aabb> boxes;
+    std::vector<int> leaves;
+    for (int i = 0; i < 200; ++i) {
+        boxes.push_back(any_box());
+        leaves.push_back(tree.insert(boxes.back(), i));
+    }
+    for (int round = 0; round < 300; ++round) {
+        const int i = std::uniform_int_distribution<int>(0, 199)(random);
+        boxes[i] = any_box();
+        if (round % 3 == 0) {  // out and in again, with another box among them meanwhile
+            const int other = tree.insert(away, 999);
+            tree.remove(leaves[i]);
+            leaves[i] = tree.insert(boxes[i], i);
+            tree.remove(other);
+        } else {
+            tree.set_box(leaves[i], boxes[i]);
+            if (round % 3 == 1) tree.reinsert(leaves[i]);
+        }
+        if (round % 50 == 49) tree.rebuild();
+        REQUIRE(tree.size() == 200);
+        const Aabb box = any_box();
+        REQUIRE(found(tree, box) == brute_force(boxes, box));
+        REQUIRE(found(tree, away).empty());
+    }
+    for (const int leaf : leaves) tree.remove(leaf);
+    CHECK(tree.size() == 0);
+    tree.rebuild();
+    CHECK(found(tree, cube_at(Vec3::Zero(), 100)).empty());
+}
+
+// Without rotations a row of boxes would make a chain as high as the row is long; twelve levels would hold 4096 of them.
+TEST_CASE("boxes that come in a row, or all at one place, do not make a chain") {
+    const bool row = GENERATE(true, false);
+    CAPTURE(row);
+    DynamicTree tree;
+    for (int i = 0; i < 4000; ++i) tree.insert(cube_at(Vec3(row ? i : 0, 0, 0), 0.4), i);
+    CHECK(tree.height() < 40);
+    CHECK(found(tree, cube_at(Vec3::Zero(), 1e5)).size() == 4000);
+    tree.rebuild();
+    CHECK(tree.height() < 20);
+    CHECK(found(tree, cube_at(Vec3::Zero(), 1e5)).size() == 4000);
+}
+
+TEST_CASE("boxes nested a thousandfold are found, however high their tree") {
+    DynamicTree tree;
+    std::vector<Aabb> boxes;
+    for (int i = 0; i < 900; ++i) {
+        const int exponent = (i * 7) % 900 - 450;  // areas go as squares: 2^±900 is still a number
+        boxes.push_back(cube_at(Vec3::Zero(), std::ldexp(1.0, exponent)));
+        tree.insert(boxes.back(), i);
+    }
+CHECK(found(tree, cube_at(Vec3::Zero(), 0)).size() == 900);
+    const Aabb part{Vec3::Constant(1), Vec3::Constant(2)};
+    CHECK(found(tree, part) == brute_force(boxes, part));
+    tree.rebuild();
+    CHECK(found(tree, part) == brute_force(boxes, part));
+}
