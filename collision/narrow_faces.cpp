@@ -1,0 +1,193 @@
+// From a contact direction to a manifold: the choice between faces and edges.
+#include "collision/narrow_pair.hpp"
+
+#include <algorithm>
+
+namespace cairn::narrow {
+namespace {
+
+constexpr Real kSlack = 1e-5;       // of the size: matching faces are not cut by noise
+constexpr Real kEqualDepth = 1e-4;  // of the size: so much differ equally deep points
+constexpr Real kSteep = 0.01;       // [rad] between FCL's direction and a face normal that is taken in its stead without further proof
+
+std::uint32_t feature_of(int incident_face, int face, std::uint8_t in, std::uint8_t out) {
+    return (static_cast<std::uint32_t>(incident_face) & 0xffu) << 24 | (static_cast<std::uint32_t>(face) & 0xffu) << 16 |
+           static_cast<std::uint32_t>(in) << 8 | out;
+}
+
+void push(Candidate* out, int& count, const Face& face, const Vec3& core, Real radius, Real margin, std::uint32_t feature) {
+    const Real height = face.normal.dot(core) - face.offset;
+    if (height - radius >= margin || count == kMaxCandidates) return;
+    Candidate& c = out[count++];
+    c.core = core;
+    c.foot = core - height * face.normal;
+    c.radius = radius;
+    c.separation = height - radius;
+    c.feature = feature;
+}
+
+int polygon_candidates(const Polygon& polygon, int index, const Face& face, Real margin, Real size, Candidate* out) {
+    Polygon clipped;
+    clip(polygon, face, kSlack * size, clipped);
+    int count = 0;
+    for (int i = 0; i < clipped.count; ++i) {
+        const std::uint8_t in = clipped.edge[i == 0 ? clipped.count - 1 : i - 1];
+        push(out, count, face, clipped.corner[i], 0, margin, feature_of(index, face.index, in, clipped.edge[i]));
+    }
+    return count;
+}
+
+int axis_candidates(const PlacedShape& s, const Face& face, Real margin, Real size, Candidate* out) {
+    AxisSegment axis = axis_segment(s, face.normal);
+    std::uint8_t name[2] = {0, 1};
+    int count = 0;
+    // Names for the ends: 1 and 2, or the side that cut them off.
+    if (clip_segment(axis.end, name, face, kSlack * size))
+        for (int i = 0; i < 2; ++i)
+            push(out, count, face, axis.end[i], axis.radius, margin, feature_of(i + 1, face.index, name[i], static_cast<std::uint8_t>(i)));
+    if (s.shape->type != ShapeType::kCylinder) return count;
+
+    // A tilted cylinder may come down on its cap within the margin: two more points of the lower rim.
+    const Lean lean = lean_of(s, face.normal);
+    if (lean.sin > 0.5) return count;
+    const Vec3 z = s.X_WS.R.col(2);
+    const Vec3 cap = s.X_WS.p + (lean.cos > 0 ? -s.shape->half_height : s.shape->half_height) * z;
+    const Vec3 u = (lean.cos * z - face.normal) / lean.sin;
+    const Vec3 v = z.cross(u);
+    for (int i = 0; i < 2; ++i) {
+        const Vec3 p = cap + s.shape->radius * (-0.5 * u + (i == 0 ? 1 : -1) * std::sqrt(0.75) * v);
+        if (is_over(p, face, kSlack * size)) push(out, count, face, p, 0, margin, feature_of(i + 3, face.index, 0, 0));
+    }
+    return count;
+}
+
+// A standing cylinder wholly over the face: four rim points, which stay the same while it turns.
+int cap_candidates(const Face& cap, const Face& face, Real margin, Real size, Candidate* out) {
+    int count = 0;
+    constexpr int kStep = kMaxOutline / 4;
+    for (int k = 0; k < 4; ++k) {
+        const Vec3& p = cap.outline.corner[k * kStep];
+        if (!is_over(p, face, kSlack * size)) return polygon_candidates(cap.outline, cap.index, face, margin, size, out);
+        push(out, count, face, p, 0, margin, feature_of(cap.index, face.index, 0, static_cast<std::uint8_t>(k)));
+    }
+    return count;
+}
+
+struct FaceChoice {
+    Vec3 normal = Vec3::Zero();  // outward
+    Real separation = 0;         // of the shapes along it
+    Real angle = 0;              // sine of the angle to FCL's direction, >= 1 if it is wide
+    bool exists = false;
+};
+
+FaceChoice judge_face(const PlacedShape& owner, const PlacedShape& other, const Vec3& d) {
+    FaceChoice f;
+    f.exists = face_normal_towards(owner, d, f.normal);
+    if (!f.exists) return f;
+    f.separation = -support(other, -f.normal) - support(owner, f.normal);
+    f.angle = f.normal.dot(d) > 0.5 ? f.normal.cross(d).norm() : 1;
+    return f;
+}
+
+// Tries a face contact; false if the face is not what the shapes touch with.
+bool try_face(Query& q, const FaceChoice& f, bool face_is_b, Real along_n) {
+    const PlacedShape& owner = face_is_b ? q.b : q.a;
+    const PlacedShape& other = face_is_b ? q.a : q.b;
+    const bool near_n = f.angle < kSteep;
+    // Away from FCL's direction the face must be the better separating direction itself.
+    if (!near_n && f.separation < along_n - (0.01 * std::abs(along_n) + 1e-6 * q.size)) return false;
+    Face face;
+    if (!face_towards(owner, f.normal, face)) return false;
+    Candidate candidates[kMaxCandidates];
+    const int count = face_candidates(other, face, q.margin, q.size, candidates);
+    if (count == 0) return false;
+    Real deepest = candidates[0].separation;
+    for (int i = 1; i < count; ++i) deepest = std::min(deepest, candidates[i].separation);
+    // The points must tell the depth that FCL found, or what touches is an edge outside the face.
+    const Real doubt = near_n ? 0.1 * std::abs(along_n) + (2 * f.angle + 1e-5) * q.size : 0.02 * std::abs(along_n) + 1e-5 * q.size;
+    if (std::abs(deepest - along_n) > doubt) return false;
+    add_face_manifold(q, f.normal, face_is_b, candidates, count);
+    return true;
+}
+
+}  // namespace
+
+int face_candidates(const PlacedShape& incident, const Face& face, Real margin, Real size, Candidate out[kMaxCandidates]) {
+    const ShapeType type = incident.shape->type;
+    if (type == ShapeType::kCapsule) return axis_candidates(incident, face, margin, size, out);
+    if (type == ShapeType::kCylinder) {
+        if (lean_of(incident, face.normal).sin > kStanding) return axis_candidates(incident, face, margin, size, out);
+        Face cap;
+        face_towards(incident, -face.normal, cap);
+        return cap_candidates(cap, face, margin, size, out);
+    }
+    if (type == ShapeType::kSphere) {
+        int count = 0;
+        if (is_over(incident.X_WS.p, face, kSlack * size)) push(out, count, face, incident.X_WS.p, incident.shape->radius, margin, 0);
+        return count;
+    }
+    Face opposite;
+    face_towards(incident, -face.normal, opposite);
+    return polygon_candidates(opposite.outline, opposite.index, face, margin, size, out);
+}
+
+void add_face_manifold(Query& q, const Vec3& face_normal, bool face_is_b, Candidate* candidates, int count) {
+    count = reduce(candidates, count, face_normal, kEqualDepth * q.size);
+    Manifold& m = q.out.emplace_back();
+    m.n = face_is_b ? face_normal : Vec3(-face_normal);
+    m.owner = face_is_b ? NormalOwner::kB : NormalOwner::kA;
+    m.count = count;
+    for (int i = 0; i < count; ++i) {
+        const Candidate& c = candidates[i];
+        ManifoldPoint& p = m.points[i];
+        p.core_a = face_is_b ? c.core : c.foot;
+        p.core_b = face_is_b ? c.foot : c.core;
+        p.radius_a = face_is_b ? c.radius : 0;
+        p.radius_b = face_is_b ? 0 : c.radius;
+        p.separation = c.separation;
+        p.feature = c.feature ^ (face_is_b ? 0u : 0x8000u);
+    }
+    q.axis = m.n;
+}
+
+NarrowResult add_point(Query& q, const Vec3& n, NormalOwner owner, const Vec3& core_a, Real radius_a, const Vec3& core_b, Real radius_b,
+                       std::uint32_t feature) {
+    const Real separation = n.dot(core_a - core_b) - radius_a - radius_b;
+    q.axis = n;
+    if (separation >= q.margin) return NarrowResult::kSeparated;
+    Manifold& m = q.out.emplace_back();
+    m.n = n;
+    m.owner = owner;
+    m.count = 1;
+    m.points[0] = {core_a, core_b, radius_a, radius_b, separation, feature};
+    return NarrowResult::kTouching;
+}
+
+bool try_manifold(Query& q, const Vec3& n, NarrowResult& result) {
+    const Real along_n = separation_along(q, n);
+    if (along_n >= q.margin) {
+        result = separated(q, n);
+        return true;
+    }
+    const FaceChoice a = judge_face(q.a, q.b, -n), b = judge_face(q.b, q.a, n);
+
+    // The face along which the shapes are farther apart; of nearly equal ones A's, or the one that had the last contact.
+    bool b_first = !a.exists;
+    if (a.exists && b.exists) {
+        // The cached normal was a face's if it has not moved against it.
+        constexpr Real kRounding2 = 1e-28;
+        const bool last_was_b = q.was_touching && (q.axis_in_b ? (q.axis - b.normal).squaredNorm() < kRounding2
+                                                               : (q.axis + a.normal).squaredNorm() > kRounding2);
+        const Real sticky = (q.was_touching ? 1e-4 : 1e-6) * q.size + 0.01 * std::abs(along_n);
+        b_first = b.separation > a.separation + (last_was_b ? -sticky : sticky);
+    }
+    for (const bool use_b : {b_first, !b_first}) {
+        const FaceChoice& f = use_b ? b : a;
+        if (!f.exists || !try_face(q, f, use_b, along_n)) continue;
+        result = NarrowResult::kTouching;
+        return true;
+    }
+    return try_segments(q, n, edge_against(q.a, n), edge_against(q.b, -n), result);
+}
+
+}  // namespace cairn::narrow
