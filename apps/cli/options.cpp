@@ -1,0 +1,93 @@
+#include "apps/cli/options.hpp"
+
+#include "engine/base/error.hpp"
+
+#include <charconv>
+#include <cmath>
+#include <string_view>
+
+namespace cairn::cli {
+
+namespace {
+
+constexpr const char* kSolvers[] = {"si"};
+
+struct NamedStabilisation {
+    const char* name;
+    Stabilisation value;
+};
+constexpr NamedStabilisation kStabilisations[] = {
+    {"soft", Stabilisation::kSoft}, {"target-velocity", Stabilisation::kTargetVelocity}, {"none", Stabilisation::kNone}};
+
+// The whole text as a number; false if it is not one.
+bool whole_number(std::string_view text, Real& out) {
+    const std::from_chars_result read = std::from_chars(text.data(), text.data() + text.size(), out);
+    return read.ec == std::errc() && read.ptr == text.data() + text.size();
+}
+
+void require_at_least_one(const char* option, const std::optional<int>& value) {
+    if (value && *value < 1) throw_invalid(option, std::to_string(*value), "a whole number >= 1");
+}
+
+}  // namespace
+
+Real parse_time_step(const std::string& text) {
+    const std::size_t slash = text.find('/');
+    const std::string_view view = text;
+    Real above = 0, below = 1;
+    const bool numbers =
+        whole_number(view.substr(0, slash), above) && (slash == std::string::npos || whole_number(view.substr(slash + 1), below));
+    const Real dt = above / below;
+    if (!numbers || !std::isfinite(dt) || !(dt > 0)) throw_invalid("--dt", text, "a number of seconds > 0 or a fraction such as 1/240");
+    return dt;
+}
+
+void add_run_options(CLI::App& command, RunArguments& a) {
+    command.add_option("--dt", a.dt, "Step [s]: a number or a fraction such as 1/240")->capture_default_str();
+    command.add_option("--substeps", a.substeps, "Substeps of a step");
+    command.add_option("--iterations", a.iterations, "Most sweeps of a solve");
+    command.add_option("--threads", a.threads, "Threads");
+    command.add_option("--sleep", a.sleep, "1: bodies at rest fall asleep, 0: they do not");
+    command.add_option("--solver", a.solver, "Solver: si (sequential impulses)")->capture_default_str();
+    command.add_option("--stabilisation", a.stabilisation, "How position errors are worked off: soft, target-velocity or none");
+    command.add_option("--residual-tolerance", a.residual_tolerance, "A solve stops early once no row changes a velocity by more [m/s]");
+}
+
+RunOptions run_options(const RunArguments& a) {
+    RunOptions options;
+    options.dt = parse_time_step(a.dt);
+    require_at_least_one("--substeps", a.substeps);
+    require_at_least_one("--iterations", a.iterations);
+    require_at_least_one("--threads", a.threads);
+    if (a.sleep && *a.sleep != 0 && *a.sleep != 1) throw_invalid("--sleep", std::to_string(*a.sleep), "0 or 1");
+    if (a.residual_tolerance && !(std::isfinite(*a.residual_tolerance) && *a.residual_tolerance >= 0)) {
+        throw_invalid("--residual-tolerance", *a.residual_tolerance, ">= 0");
+    }
+    bool known_solver = false;
+    std::string solvers;
+    for (const char* name : kSolvers) {
+        known_solver = known_solver || a.solver == name;
+        solvers.append(solvers.empty() ? "" : ", ").append(name);
+    }
+    if (!known_solver) throw_invalid("--solver", a.solver, "one of " + solvers);
+    options.substeps = a.substeps;
+    options.iterations = a.iterations;
+    options.threads = a.threads;
+    if (a.sleep) options.sleep = *a.sleep == 1;
+    options.residual_tolerance = a.residual_tolerance;
+    if (a.stabilisation.empty()) return options;
+    for (const NamedStabilisation& s : kStabilisations) {
+        if (a.stabilisation == s.name) options.stabilisation = s.value;
+    }
+    if (!options.stabilisation) throw_invalid("--stabilisation", a.stabilisation, "one of soft, target-velocity, none");
+    return options;
+}
+
+const char* stabilisation_name(Stabilisation stabilisation) {
+    for (const NamedStabilisation& s : kStabilisations) {
+        if (stabilisation == s.value) return s.name;
+    }
+    return "unknown";
+}
+
+}  // namespace cairn::cli

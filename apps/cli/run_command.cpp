@@ -1,0 +1,80 @@
+#include "apps/cli/commands.hpp"
+#include "apps/cli/options.hpp"
+#include "apps/cli/progress.hpp"
+#include "apps/cli/report.hpp"
+#include "apps/cli/shipped_scenes.hpp"
+#include "apps/cli/states_file.hpp"
+
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <memory>
+
+namespace cairn::cli {
+
+namespace {
+
+struct Arguments {
+    std::string scene;
+    RunArguments run;
+    std::string states;
+    bool json = false;
+    bool quiet = false;
+};
+
+int report_unsupported(const Scene& scene, const RunOptions& options, const std::vector<std::string>& unsupported, bool json) {
+    RunResult nothing;
+    nothing.dt = options.dt;
+    nothing.settings = settings_from(options);
+    for (const std::string& feature : unsupported) fmt::print(stderr, "{}: {}: not supported yet\n", scene.name, feature);
+    if (json) fmt::print("{}\n", runner_line(scene, nothing, unsupported));
+    return kUnsupported;
+}
+
+int run(const Arguments& arguments) {
+    const RunOptions options = run_options(arguments.run);
+    const Scene scene = load_scene(find_scene(arguments.scene));
+    const std::vector<std::string> unsupported = unsupported_features(scene);
+    if (!unsupported.empty()) return report_unsupported(scene, options, unsupported, arguments.json);
+
+    std::unique_ptr<StatesFile> states;
+    SampleCallback on_sample;
+    if (!arguments.states.empty()) {
+        states = std::make_unique<StatesFile>(arguments.states);
+        on_sample = [&](Real t, const SceneWorld& built) { states->write_sample(t, scene, built); };
+    }
+    RunResult result;
+    {
+        Progress progress(!arguments.quiet);
+        result = run_scene(scene, options, on_sample, [&](long done, long all) { progress.update(done, all); });
+    }
+    if (states) states->finish();
+    if (arguments.json) {
+        fmt::print("{}\n", runner_line(scene, result, {}));
+    } else if (!arguments.quiet) {
+        fmt::print("{}", summary(scene, result));
+    }
+    return result.ok ? kSuccess : kRunFailed;
+}
+
+}  // namespace
+
+void add_run_command(CLI::App& app, int& exit_code) {
+    CLI::App* command = app.add_subcommand("run", "Run a scene and tell how it went");
+    const std::shared_ptr<Arguments> arguments = std::make_shared<Arguments>();
+    command->add_option("SCENE", arguments->scene, "A scene file, or the name of a shipped scene (see: cairn list)")->required();
+    add_run_options(*command, arguments->run);
+    command->add_option("--states", arguments->states, "Write the sampled states of all moving bodies to this CSV file");
+    command->add_flag("--json", arguments->json, "Print one line of JSON instead of the summary");
+    command->add_flag("--quiet", arguments->quiet, "Print neither summary nor progress");
+    command->footer(
+        "Examples:\n"
+        "  cairn run stack_10\n"
+        "  cairn run my_scene.json --dt 1/240 --substeps 8 --states my_states.csv\n"
+        "  cairn run pyramid_10 --sleep 1 --json\n"
+        "Exit codes: 0 well, 1 a body went non-finite, 2 bad arguments or files, 3 the scene asks for something that is not supported "
+        "yet.");
+    command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
+}
+
+}  // namespace cairn::cli

@@ -1,0 +1,65 @@
+// Runs a scene: builds its world, steps it to the end, hands out samples.
+#pragma once
+
+#include "engine/scene/scene.hpp"
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace cairn::cli {
+
+// What a run is asked for. What is not given is WorldSettings' own default.
+struct RunOptions {
+    Real dt = 1.0 / 60;  // [s], the outer step
+    std::optional<int> substeps;
+    std::optional<int> iterations;
+    std::optional<int> threads;
+    std::optional<bool> sleep;
+    std::optional<Stabilisation> stabilisation;
+    std::optional<Real> residual_tolerance;  // [m/s]
+};
+
+WorldSettings settings_from(const RunOptions& options);
+
+// What a run did.
+struct RunResult {
+    WorldSettings settings;
+    Real dt = 0;  // [s]
+    long steps = 0;
+    bool ok = true;  // no step reported a failure
+    // Time inside World::step alone [s].
+    double wall_total = 0;
+    double wall_median_step = 0;
+    double wall_max_step = 0;
+    std::uint32_t contacts_max = 0;  // points in any step
+    std::uint32_t contacts_end = 0;
+    std::uint32_t sleeping_end = 0;  // bodies
+    std::uint32_t bodies_disabled = 0;
+    std::uint64_t fcl_calls = 0;
+    std::uint64_t fcl_failures = 0;
+    Real max_penetration = 0;  // [m]
+    Real energy_start = 0;     // [J], kinetic and potential, at t = 0 and at the samples
+    Real energy_end = 0;
+    Real energy_max = 0;
+    Real kinetic_max = 0;  // [J]
+};
+
+// Called at t = 0, after the step nearest each multiple of the sample interval (with that step's own time), and after the last step.
+using SampleCallback = std::function<void(Real t, const SceneWorld& built)>;
+// Called after every step with the steps done, of all.
+using StepCallback = std::function<void(long done, long steps)>;
+
+// max(1, round(duration / dt)). Throws Error if that is more than a hundred million.
+long step_count(Real duration, Real dt);
+
+// The steps, of 1 … steps, after which a sample is due: those nearest a multiple of the interval [s], and the last; ascending.
+std::vector<long> sample_steps(Real sample_interval, Real dt, long steps);
+
+// What the scene asks for that the engine has not: keys of the file, each once; empty if it can be run.
+std::vector<std::string> unsupported_features(const Scene& scene);
+
+RunResult run_scene(const Scene& scene, const RunOptions& options, const SampleCallback& on_sample = {}, const StepCallback& on_step = {});
+
+}  // namespace cairn::cli

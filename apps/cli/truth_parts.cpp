@@ -1,0 +1,47 @@
+#include "apps/cli/truth_parts.hpp"
+
+#include "collision/mass_properties.hpp"
+#include "engine/base/error.hpp"
+
+#include <cmath>
+
+namespace cairn::cli {
+
+std::vector<std::size_t> dynamic_bodies(const Scene& scene) {
+    std::vector<std::size_t> list;
+    for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+        if (scene.bodies[i].type == BodyType::kDynamic) list.push_back(i);
+    }
+    if (list.empty()) throw Error(scene.name + ": bodies, must be at least one dynamic one");
+    return list;
+}
+
+Vec3 ground_normal(const Scene& scene) {
+    for (const BodyDef& body : scene.bodies) {
+        for (const Shape& shape : body.shapes) {
+            if (shape.type == ShapeType::kPlane) return body.rotation * shape.normal;
+        }
+    }
+    throw Error(scene.name + ": bodies, must be one with a plane");
+}
+
+Real ground_friction(const Scene& scene, std::size_t body) {
+    for (const BodyDef& ground : scene.bodies) {
+        if (ground.type == BodyType::kStatic && !ground.shapes.empty()) return std::sqrt(ground.friction * scene.bodies[body].friction);
+    }
+    throw Error(scene.name + ": bodies, must be a static one");
+}
+
+Mat3 body_inertia(const BodyDef& body) {
+    if (body.inertia) return body.inertia->asDiagonal();
+    const VolumeProperties volume = volume_properties(body.shapes);
+    return body.mass / volume.volume * volume.inertia;
+}
+
+Real rolling_factor(const BodyDef& body, const Vec3& axis_W) {
+    const Vec3 axis_B = body.rotation.conjugate() * axis_W;
+    const Real radius = body.shapes.at(0).radius;
+    return axis_B.dot(body_inertia(body) * axis_B) / (body.mass * radius * radius);
+}
+
+}  // namespace cairn::cli

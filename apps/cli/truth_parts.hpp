@@ -1,0 +1,24 @@
+// What the truths read from a scene.
+#pragma once
+
+#include "apps/cli/truths.hpp"
+
+namespace cairn::cli {
+
+// Indices of the dynamic bodies.
+std::vector<std::size_t> dynamic_bodies(const Scene& scene);
+
+// Unit normal of the first static plane, world frame. Throws Error if there is none.
+Vec3 ground_normal(const Scene& scene);
+
+// Coefficient of friction of body i on the first static body that has a shape: √(μ_a μ_b). Throws Error if there is none.
+Real ground_friction(const Scene& scene, std::size_t body);
+
+// Moments of inertia about the centre of mass in the body frame [kg m²]: the given ones, or those of the shapes at uniform density.
+Mat3 body_inertia(const BodyDef& body);
+
+// Inertia about the shape's axis of rotation over m r², r the radius of the body's first shape: 2/5 of a ball, 1/2 of a cylinder lying
+// down. `axis_W` [unit] is the axis that it turns about.
+Real rolling_factor(const BodyDef& body, const Vec3& axis_W);
+
+}  // namespace cairn::cli
