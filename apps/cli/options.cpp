@@ -2,6 +2,8 @@
 
 #include "engine/base/error.hpp"
 
+#include <fmt/format.h>
+
 #include <charconv>
 #include <cmath>
 #include <string_view>
@@ -43,14 +45,19 @@ Real parse_time_step(const std::string& text) {
 }
 
 void add_run_options(CLI::App& command, RunArguments& a) {
+    const WorldSettings defaults;
+    const auto with_default = [](const char* text, const auto& value) { return fmt::format("{} (default {})", text, value); };
     command.add_option("--dt", a.dt, "Step [s]: a number or a fraction such as 1/240")->capture_default_str();
-    command.add_option("--substeps", a.substeps, "Substeps of a step");
-    command.add_option("--iterations", a.iterations, "Most sweeps of a solve");
-    command.add_option("--threads", a.threads, "Threads");
-    command.add_option("--sleep", a.sleep, "1: bodies at rest fall asleep, 0: they do not");
+    command.add_option("--substeps", a.substeps, with_default("Substeps of a step", defaults.substeps));
+    command.add_option("--iterations", a.iterations, with_default("Most sweeps of a solve", defaults.iterations));
+    command.add_option("--threads", a.threads, with_default("Threads", defaults.threads));
+    command.add_option("--sleep", a.sleep, with_default("1: bodies at rest fall asleep, 0: they do not", defaults.sleep ? 1 : 0));
     command.add_option("--solver", a.solver, "Solver: si (sequential impulses)")->capture_default_str();
-    command.add_option("--stabilisation", a.stabilisation, "How position errors are worked off: soft, target-velocity or none");
-    command.add_option("--residual-tolerance", a.residual_tolerance, "A solve stops early once no row changes a velocity by more [m/s]");
+    command.add_option(
+        "--stabilisation", a.stabilisation,
+        with_default("How position errors are worked off: soft, target-velocity or none", stabilisation_name(defaults.stabilisation)));
+    command.add_option("--residual-tolerance", a.residual_tolerance,
+                       with_default("A solve stops early once no row changes a velocity by more [m/s]", defaults.residual_tolerance));
 }
 
 RunOptions run_options(const RunArguments& a) {

@@ -33,7 +33,7 @@ std::vector<std::string> warnings(const Scene& scene, const RunResult& r) {
         list.push_back(
             fmt::format("{} bodies went non-finite; they were put back to their last finite pose and disabled", r.bodies_disabled));
     if (r.fcl_failures > 0)
-        list.push_back(fmt::format("{} of {} narrow-phase calls failed; the pairs kept their last contacts", r.fcl_failures, r.fcl_calls));
+        list.push_back(fmt::format("{} narrow-phase queries failed; those pairs kept their last contacts", r.fcl_failures));
     // Half of the scale is far beyond what a step of any sensible size does to the energy.
     if (!is_driven(scene) && r.energy_max - r.energy_start > 0.5 * std::max(r.kinetic_max, 1e-9)) {
         list.push_back(
@@ -82,7 +82,7 @@ std::string summary(const Scene& scene, const RunResult& r) {
                                   r.energy_max - r.energy_start));
     }
     row("asleep at the end", fmt::format("{} bodies", r.sleeping_end));
-    row("narrow-phase calls", fmt::format("{} into FCL, {} failed", r.fcl_calls, r.fcl_failures));
+    row("narrow phase", fmt::format("{} calls into FCL, {} queries failed", r.fcl_calls, r.fcl_failures));
     for (const std::string& warning : warnings(scene, r)) text += "  warning: " + warning + '\n';
     return text;
 }
