@@ -46,9 +46,24 @@ int hull_face_index(const ConvexHull& hull, const Vec3& d_S) {
     return best;
 }
 
-void hull_face(const PlacedShape& s, const Vec3& d, Face& face) {
+// Among the faces that hold a vertex farthest along d.
+int hull_lowest_face_index(const ConvexHull& hull, const Vec3& d_S) {
+    const int vertex = hull.support(d_S);
+    int best = -1;
+    Real farthest = 0;
+    for (int i = 0; i < static_cast<int>(hull.faces().size()); ++i) {
+        const ConvexHull::Face& f = hull.faces()[i];
+        const Real x = d_S.dot(f.normal);
+        if (best >= 0 && x <= farthest) continue;
+        const int* loop = hull.loop().data() + f.first;
+        if (std::find(loop, loop + f.count, vertex) != loop + f.count) best = i, farthest = x;
+    }
+    return best;
+}
+
+void hull_face(const PlacedShape& s, int index, Face& face) {
     const ConvexHull& hull = *s.shape->hull;
-    face.index = hull_face_index(hull, s.X_WS.R.transpose() * d);
+    face.index = index;
     const ConvexHull::Face& f = hull.faces()[face.index];
     face.normal = s.X_WS.R * f.normal;
     face.offset = f.offset + face.normal.dot(s.X_WS.p);
@@ -260,7 +275,7 @@ bool face_towards(const PlacedShape& s, const Vec3& d, Face& face) {
             box_face(s, d, face);
             return true;
         case ShapeType::kHull:
-            hull_face(s, d, face);
+            hull_face(s, hull_face_index(*s.shape->hull, s.X_WS.R.transpose() * d), face);
             return true;
         case ShapeType::kCylinder: {
             const Lean lean = lean_of(s, d);
@@ -271,6 +286,12 @@ bool face_towards(const PlacedShape& s, const Vec3& d, Face& face) {
         default:
             return false;
     }
+}
+
+bool lowest_face(const PlacedShape& s, const Vec3& d, Face& face) {
+    if (s.shape->type != ShapeType::kHull) return face_towards(s, d, face);
+    hull_face(s, hull_lowest_face_index(*s.shape->hull, s.X_WS.R.transpose() * d), face);
+    return true;
 }
 
 AxisSegment edge_against(const PlacedShape& s, const Vec3& n) {

@@ -43,7 +43,10 @@ constexpr Real kStanding = 0.05;  // sin of the lean below which a cylinder meet
 
 // The flat face whose outward normal is nearest to d. False if the shape has none there (capsule; cylinder lying).
 bool face_towards(const PlacedShape& s, const Vec3& d, Face& face);
-// Its outward normal alone.
+// Likewise among the faces that hold the point farthest along d: the face that comes down on something. (The face nearest in direction may
+// lie beside that point: a small chamfer far away.)
+bool lowest_face(const PlacedShape& s, const Vec3& d, Face& face);
+// The outward normal of face_towards alone.
 bool face_normal_towards(const PlacedShape& s, const Vec3& d, Vec3& normal);
 
 // The edge (or axis segment) that reaches farthest along −n.

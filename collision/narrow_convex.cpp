@@ -43,20 +43,23 @@ Answer closest_cores(Query& q, Real shrink, const Vec3& toward_a, Closest& close
 }
 
 // Overlapping: the expanding polytope, and the portal method should it give up.
-void offer_penetration(Query& q, Found& best) {
+// Returns kApart if they turn out not to overlap.
+Answer offer_penetration(Query& q, Found& best) {
     ++q.stats.fcl_calls;
     Core a, b;
     make_core(q.a, 0, a);
     make_core(q.b, 0, b);
     Vec3 n;
     const Vec3 guess = best.exists ? best.n : q.axis;
-    if (fcl_query::epa(a, b, guess, 1e-6 * q.size, n) == Answer::kContact) offer(q, best, n);
-    if (best.exists && best.along > -0.5 * q.size) return;
+    const Answer answer = fcl_query::epa(a, b, guess, 1e-6 * q.size, n);
+    if (answer == Answer::kContact) offer(q, best, n);
+    if (answer == Answer::kApart || (best.exists && best.along > -0.5 * q.size)) return answer;
     ++q.stats.fcl_calls;
     Vec3 towards = best.exists ? best.n : Vec3(centre_of(q.a) - centre_of(q.b));
     const Real length = towards.norm();
     towards = length > 0 ? Vec3(towards / length) : Vec3::UnitZ();
     if (fcl_query::mpr(a, b, towards, 1e-6 * q.size, n) == Answer::kContact) offer(q, best, n);
+    return answer;
 }
 
 // A direction whose features do not show: one point where the cores came closest, brought out to the surfaces along n.
@@ -86,10 +89,15 @@ NarrowResult collide_convex(Query& q) {
         if (try_manifold(q, best.n, result)) return result;
     }
     if (!best.exists || best.along < 0) {
-        offer_penetration(q, best);
+        const Answer answer = offer_penetration(q, best);
+        near_a = support_point(q.a, -best.n);
+        Closest closest;
+        if (answer == Answer::kApart && closest_cores(q, 0, best.exists ? best.n : q.axis, closest) == Answer::kApart) {
+            offer(q, best, closest.n);
+            near_a = closest.a;
+        }
         if (!best.exists) return failed(q);
         if (try_manifold(q, best.n, result)) return result;
-        near_a = support_point(q.a, -best.n);
     }
     return add_bare_point(q, best.n, near_a);
 }

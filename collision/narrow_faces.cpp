@@ -104,7 +104,8 @@ bool try_face(Query& q, const FaceChoice& f, bool face_is_b, Real along_n) {
     Real deepest = candidates[0].separation;
     for (int i = 1; i < count; ++i) deepest = std::min(deepest, candidates[i].separation);
     // The points must tell the depth that FCL found, or what touches is an edge outside the face.
-    const Real doubt = near_n ? 0.1 * std::abs(along_n) + (2 * f.angle + 1e-5) * q.size : 0.02 * std::abs(along_n) + 1e-5 * q.size;
+    const Real doubt =
+        near_n ? 0.05 * std::abs(along_n) + (std::min(2 * f.angle, 2e-4) + 1e-5) * q.size : 0.02 * std::abs(along_n) + 1e-5 * q.size;
     if (std::abs(deepest - along_n) > doubt) return false;
     add_face_manifold(q, f.normal, face_is_b, candidates, count);
     return true;
@@ -127,7 +128,7 @@ int face_candidates(const PlacedShape& incident, const Face& face, Real margin, 
         return count;
     }
     Face opposite;
-    face_towards(incident, -face.normal, opposite);
+    lowest_face(incident, -face.normal, opposite);
     return polygon_candidates(opposite.outline, opposite.index, face, margin, size, out);
 }
 

@@ -11,7 +11,7 @@ constexpr Real kNearby = 0.02;  // of the size: vertices besides those of the lo
 // Vertices of a box or hull: those of the lowest face, and whatever else is near.
 int vertex_candidates(const PlacedShape& s, const Face& plane, Real margin, Real size, Candidate out[kMaxCandidates]) {
     Face lowest;
-    face_towards(s, -plane.normal, lowest);
+    lowest_face(s, -plane.normal, lowest);
     const bool is_box = s.shape->type == ShapeType::kBox;
     const int total = is_box ? 8 : static_cast<int>(s.shape->hull->vertices().size());
     const Real near = std::min(margin, kNearby * size);
