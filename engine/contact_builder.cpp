@@ -63,11 +63,7 @@ void build_manifold(WorldData& world, Real dt, const Contact& c, CachedManifold&
     block.mu = c.mu;
     block.restitution = c.restitution;
     island.has_bounce |= c.restitution > 0;
-    // Against what cannot move the spring may be twice as stiff and half as damped: there is no partner to pass the error on to.
-    const bool fixed = block.inv_mass_a == 0 || block.inv_mass_b == 0;
-    const SiSettings defaults;
-    block.soft = fixed ? make_softness(2 * defaults.contact_h_omega, 0.5 * defaults.contact_damping)
-                       : make_softness(defaults.contact_h_omega, defaults.contact_damping);
+    block.soft = contact_softness(block.inv_mass_a == 0 || block.inv_mass_b == 0);
     if (c.mu > 0) {
         block.friction = static_cast<int>(pool.frictions.size());
         pool.frictions.resize(pool.frictions.size() + 2 * m.count);
@@ -90,8 +86,8 @@ void build_manifold(WorldData& world, Real dt, const Contact& c, CachedManifold&
     build_block(pool, block, world.solver_bodies);
     for (int i = 0; i < m.count; ++i) {
         CachedPoint& p = m.points[i];
-        PointImpulse& warm = pool.warm[block.first + i];
-        warm = {p.warm_normal, {0, 0}};
+        WarmImpulse& warm = pool.warm[block.first + i];
+        warm = {p.warm_position, p.warm_velocity, {0, 0}};
         if (block.friction >= 0) {
             const FrictionRow* rows = &pool.frictions[block.friction + 2 * i];
             warm.friction[0] = rows[0].t.dot(p.warm_friction);
@@ -127,8 +123,10 @@ void store_contact_impulses(WorldData& world, const SiIsland& island) {
             world.contacts.slots()[world.block_sources[k].contact].manifold(static_cast<int>(world.block_sources[k].manifold));
         for (int i = 0; i < block.count; ++i) {
             CachedPoint& p = m.points[i];
-            const PointImpulse &warm = pool.warm[block.first + i], &total = pool.total[block.first + i];
-            p.warm_normal = warm.normal;
+            const WarmImpulse& warm = pool.warm[block.first + i];
+            const PointImpulse& total = pool.total[block.first + i];
+            p.warm_position = warm.position;
+            p.warm_velocity = warm.velocity;
             p.normal_impulse = total.normal;
             p.friction_impulse[0] = total.friction[0];
             p.friction_impulse[1] = total.friction[1];

@@ -25,7 +25,8 @@ CachedPoint to_cached(const ManifoldPoint& p, const Transform& X_WA, const Trans
 }
 
 void take_impulses(CachedPoint& to, const CachedPoint& from) {
-    to.warm_normal = from.warm_normal;
+    to.warm_position = from.warm_position;
+    to.warm_velocity = from.warm_velocity;
     to.warm_friction = from.warm_friction;
     to.t1 = from.t1;
 }

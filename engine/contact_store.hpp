@@ -22,7 +22,8 @@ struct CachedPoint {
     Real radius_b = 0;
     Real separation = 0;  // [m], at the start of the last step
     std::uint32_t feature = 0;
-    Real warm_normal = 0;               // [N s], of one substep: the warm start
+    Real warm_position = 0;  // [N s], what a substep starts with (solver/contact_rows.hpp: WarmImpulse)
+    Real warm_velocity = 0;
     Vec3 warm_friction = Vec3::Zero();  // [N s], world, likewise
     Real normal_impulse = 0;            // [N s], summed over the last step's substeps
     Real friction_impulse[2] = {0, 0};  // [N s], along t1 and n × t1, likewise

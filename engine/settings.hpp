@@ -14,10 +14,10 @@ namespace cairn {
 enum class Stabilisation : std::uint8_t { kSoft, kTargetVelocity, kNone };
 
 struct WorldSettings {
-    Vec3 gravity{0, 0, -9.81};    // [m/s²]
-    int substeps = 4;             // per step, >= 1
-    int iterations = 1;           // most sweeps per solve, >= 1
-    Real residual_tolerance = 0;  // [m/s]: a solve stops sweeping once no row changes its velocity by more; 0: sweep to the maximum
+    Vec3 gravity{0, 0, -9.81};       // [m/s²]
+    int substeps = 4;                // per step, >= 1
+    int iterations = 1;              // most sweeps per solve, >= 1
+    Real residual_tolerance = 1e-3;  // [m/s]: a solve stops sweeping once no row changes its velocity by more; 0: always the maximum
     Stabilisation stabilisation = Stabilisation::kSoft;
     bool sleep = false;
     int threads = 1;

@@ -51,7 +51,9 @@ void add_joint_block(WorldData& world, std::uint32_t index, std::vector<JointBlo
     block.geometry = joint.geometry;
     block.a = joint_body(world, joint.body_a, block.geometry.anchor_a_A, block.geometry.frame_A);
     block.b = joint_body(world, joint.body_b, block.geometry.anchor_b_B, block.geometry.frame_B);
-    block.warm = joint.warm.head<N>();
+    block.warm_position = joint.warm_position.head<N>();
+    block.warm_velocity = joint.warm_velocity.head<N>();
+    block.position_impulse.setZero();
     block.impulse.setZero();
     block.total.setZero();
     world.joint_sources[static_cast<int>(joint.type)].push_back({index});
@@ -83,7 +85,8 @@ void store_joints(WorldData& world, const std::vector<JointBlock<N>>& pool, Join
     const int k = static_cast<int>(type);
     for (int i = ranges.begin[k]; i < ranges.end[k]; ++i) {
         Joint& joint = world.joints[world.joint_sources[k][i]];
-        joint.warm.head<N>() = pool[i].warm;
+        joint.warm_position.head<N>() = pool[i].warm_position;
+        joint.warm_velocity.head<N>() = pool[i].warm_velocity;
         joint.total.head<N>() = pool[i].total;
     }
 }

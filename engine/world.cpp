@@ -218,11 +218,11 @@ std::uint64_t World::hash() const {
         for (int i = 0; c.alive && i < c.manifold_count; ++i)
             for (int k = 0; k < c.manifold(i).count; ++k) {
                 const CachedPoint& p = c.manifold(i).points[k];
-                h.add(p.separation), h.add(p.warm_normal);
+                h.add(p.separation), h.add(p.warm_position), h.add(p.warm_velocity);
                 for (int d = 0; d < 3; ++d) h.add(p.warm_friction[d]);
             }
     for (const Joint& j : world.joints)
-        for (int k = 0; j.alive && k < 6; ++k) h.add(j.warm[k]);
+        for (int k = 0; j.alive && k < 6; ++k) h.add(j.warm_position[k]), h.add(j.warm_velocity[k]);
     return h.value();
 }
 

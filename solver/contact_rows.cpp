@@ -1,9 +1,12 @@
 #include "solver/contact_rows.hpp"
 
 #include <algorithm>
+#include <limits>
 
 namespace cairn {
 namespace {
+
+constexpr Real kInfinity = std::numeric_limits<Real>::infinity();
 
 // Velocities of a block's two bodies, held in registers while its rows are visited.
 struct BlockVelocity {
@@ -49,6 +52,31 @@ Real sweep_block_friction(ContactPool& pool, const ContactBlock& block, BlockVel
     return change;
 }
 
+// Adds the impulses that `normal_of` and `friction_share` take from the warm ones.
+template <typename NormalOf>
+void warm_start(ContactPool& pool, BlockRange range, SolverBodies& bodies, Real friction_share, NormalOf normal_of) {
+    for (int k = range.begin; k < range.end; ++k) {
+        const ContactBlock& block = pool.blocks[k];
+        BlockVelocity u(block, bodies);
+        for (int i = 0; i < block.count; ++i) {
+            const int p = block.first + i;
+            const WarmImpulse& warm = pool.warm[p];
+            PointImpulse& impulse = pool.impulse[p];
+            const Real normal = normal_of(warm, impulse.normal);
+            impulse.normal += normal;
+            u.apply(block, block.n, pool.normals[p], normal);
+            if (block.friction < 0) continue;
+            for (int j = 0; j < 2; ++j) {
+                const FrictionRow& row = pool.frictions[block.friction + 2 * i + j];
+                const Real friction = friction_share * warm.friction[j];
+                impulse.friction[j] += friction;
+                u.apply(block, row.t, row, friction);
+            }
+        }
+        u.store(block, bodies);
+    }
+}
+
 template <bool kMeasure>
 Real positions(ContactPool& pool, BlockRange range, SolverBodies& bodies, Real h) {
     const Real inv_h = 1 / h;
@@ -79,8 +107,7 @@ Real positions(ContactPool& pool, BlockRange range, SolverBodies& bodies, Real h
 }
 
 template <bool kMeasure>
-Real velocities(ContactPool& pool, BlockRange range, SolverBodies& bodies, Real h) {
-    const Real inv_h = 1 / h;
+Real velocities(ContactPool& pool, BlockRange range, SolverBodies& bodies) {
     Real change = 0;
     for (int k = range.begin; k < range.end; ++k) {
         const ContactBlock& block = pool.blocks[k];
@@ -88,8 +115,8 @@ Real velocities(ContactPool& pool, BlockRange range, SolverBodies& bodies, Real 
         for (int i = block.first; i < block.first + block.count; ++i) {
             const NormalRow& row = pool.normals[i];
             Real& lambda = pool.impulse[i].normal;
-            // A gap that is left may close within the next substep; a bounce leaves one and has its own target.
-            const Real target = row.lift > 0 ? row.bounce : std::min(0.0, -row.separation * inv_h);
+            // What has not arrived yet is not held: the total impulse returns to zero.
+            const Real target = !row.touching ? -kInfinity : row.lift > 0 ? row.bounce : 0.0;
             const Real next = std::max(lambda - row.mass * (u.along(block.n, row) - target), 0.0);
             const Real delta = next - lambda;
             lambda = next;
@@ -197,10 +224,15 @@ void advance_blocks(ContactPool& pool, BlockRange range, const SolverBodies& bod
         const Real turn = bodies.motion[block.a].turned - block.built_turn_a + bodies.motion[block.b].turned - block.built_turn_b;
         if (turn > tolerance) {
             build_block(pool, block, bodies);
-            continue;
+        } else {
+            const BlockVelocity u(block, bodies);
+            for (int i = block.first; i < block.first + block.count; ++i)
+                pool.normals[i].separation += h * u.along(block.n, pool.normals[i]);
         }
-        const BlockVelocity u(block, bodies);
-        for (int i = block.first; i < block.first + block.count; ++i) pool.normals[i].separation += h * u.along(block.n, pool.normals[i]);
+        for (int i = block.first; i < block.first + block.count; ++i) {
+            pool.normals[i].position_impulse = pool.impulse[i].normal;
+            pool.normals[i].touching = pool.impulse[i].normal > 0 || pool.normals[i].separation <= 0;
+        }
     }
 }
 
@@ -208,30 +240,41 @@ void scale_warm_start(ContactPool& pool, BlockRange range, Real scale) {
     for (int k = range.begin; k < range.end; ++k) {
         const ContactBlock& block = pool.blocks[k];
         for (int p = block.first; p < block.first + block.count; ++p) {
-            pool.warm[p].normal *= scale;
-            for (Real& f : pool.warm[p].friction) f *= scale;
+            WarmImpulse& warm = pool.warm[p];
+            warm.position *= scale;
+            warm.velocity *= scale;
+            for (Real& f : warm.friction) f *= scale;
         }
     }
 }
 
-void warm_start_contacts(ContactPool& pool, BlockRange range, SolverBodies& bodies, Real scale) {
+void warm_start_positions(ContactPool& pool, BlockRange range, SolverBodies& bodies) {
+    warm_start(pool, range, bodies, 0.5, [](const WarmImpulse& warm, Real) { return warm.position; });
+}
+
+void warm_start_velocities(ContactPool& pool, BlockRange range, SolverBodies& bodies) {
+    warm_start(pool, range, bodies, 0.5, [](const WarmImpulse& warm, Real accumulated) { return std::max(warm.velocity, -accumulated); });
+}
+
+void warm_start_all(ContactPool& pool, BlockRange range, SolverBodies& bodies) {
+    warm_start(pool, range, bodies, 1, [](const WarmImpulse& warm, Real) { return warm.position + warm.velocity; });
+}
+
+void close_contact_substep(ContactPool& pool, BlockRange range) {
     for (int k = range.begin; k < range.end; ++k) {
         const ContactBlock& block = pool.blocks[k];
-        BlockVelocity u(block, bodies);
-        for (int i = 0; i < block.count; ++i) {
-            const int p = block.first + i;
-            const PointImpulse& warm = pool.warm[p];
-            PointImpulse& impulse = pool.impulse[p];
-            impulse.normal += scale * warm.normal;
-            u.apply(block, block.n, pool.normals[p], scale * warm.normal);
-            if (block.friction < 0) continue;
+        for (int p = block.first; p < block.first + block.count; ++p) {
+            PointImpulse &impulse = pool.impulse[p], &total = pool.total[p];
+            WarmImpulse& warm = pool.warm[p];
+            warm.position = pool.normals[p].position_impulse;
+            warm.velocity = impulse.normal - warm.position;
+            total.normal += impulse.normal;
             for (int j = 0; j < 2; ++j) {
-                const FrictionRow& row = pool.frictions[block.friction + 2 * i + j];
-                impulse.friction[j] += scale * warm.friction[j];
-                u.apply(block, row.t, row, scale * warm.friction[j]);
+                warm.friction[j] = impulse.friction[j];
+                total.friction[j] += impulse.friction[j];
             }
+            impulse = {};
         }
-        u.store(block, bodies);
     }
 }
 
@@ -239,8 +282,8 @@ Real sweep_contact_positions(ContactPool& pool, BlockRange range, SolverBodies& 
     return measure ? positions<true>(pool, range, bodies, h) : positions<false>(pool, range, bodies, h);
 }
 
-Real sweep_contact_velocities(ContactPool& pool, BlockRange range, SolverBodies& bodies, Real h, bool measure) {
-    return measure ? velocities<true>(pool, range, bodies, h) : velocities<false>(pool, range, bodies, h);
+Real sweep_contact_velocities(ContactPool& pool, BlockRange range, SolverBodies& bodies, bool measure) {
+    return measure ? velocities<true>(pool, range, bodies) : velocities<false>(pool, range, bodies);
 }
 
 Real sweep_contact_target_velocity(ContactPool& pool, BlockRange range, SolverBodies& bodies, Real h, Real beta, bool measure) {

@@ -29,10 +29,12 @@ struct PointRow {
 PointRow make_point_row(const Vec3& direction, const Vec3& r_a, const Vec3& r_b, const BodyMotion& a, const BodyMotion& b);
 
 struct NormalRow : PointRow {
-    Real separation = 0;  // [m], C at the current poses
-    Real curvature = 0;   // [m/s²], Ġ v: what the linear prediction of C misses is h²/2 of it
-    Real lift = 0;        // [m], separation wanted at the end of the drift (0 but for a bounce in it)
-    Real bounce = 0;      // [m/s], relative normal velocity wanted after the substep (0 but for a bounce)
+    Real separation = 0;        // [m], C at the current poses
+    Real curvature = 0;         // [m/s²], Ġ v: what the linear prediction of C misses is h²/2 of it
+    Real lift = 0;              // [m], separation wanted at the end of the drift (0 but for a bounce in it)
+    Real position_impulse = 0;  // [N s], λ at the end of the position solve
+    bool touching = true;       // at the end of the drift: penetrating, or held by the position solve
+    Real bounce = 0;            // [m/s], relative normal velocity wanted after the substep (0 but for a bounce)
 };
 
 struct FrictionRow : PointRow {
@@ -50,6 +52,13 @@ struct PointGeometry {
 // The accumulated impulses of a point [N s].
 struct PointImpulse {
     Real normal = 0;
+    Real friction[2] = {0, 0};
+};
+
+// What a point starts the next substep with [N s]: each of the two solves from where it ended itself.
+struct WarmImpulse {
+    Real position = 0;  // normal, at the end of the position solve
+    Real velocity = 0;  // normal, what the velocity solve added to it (negative where it took a push-out back)
     Real friction[2] = {0, 0};
 };
 
@@ -80,7 +89,7 @@ struct ContactPool {
     std::vector<NormalRow> normals;       // size p
     std::vector<PointGeometry> geometry;  // size p
     std::vector<FrictionRow> frictions;   // 2 per point of a block with μ > 0
-    std::vector<PointImpulse> warm;       // size p: the substep before's impulses
+    std::vector<WarmImpulse> warm;        // size p: from the substep before
     std::vector<PointImpulse> impulse;    // size p: unknowns of the running substep
     std::vector<PointImpulse> total;      // size p: summed over the substeps
     void clear();
@@ -102,15 +111,21 @@ void advance_blocks(ContactPool& pool, BlockRange range, const SolverBodies& bod
 // Multiplies the warm impulses, when the length of the step has changed.
 void scale_warm_start(ContactPool& pool, BlockRange range, Real scale);
 
-// Applies `scale` × warm impulses and adds them to the unknowns.
-void warm_start_contacts(ContactPool& pool, BlockRange range, SolverBodies& bodies, Real scale);
+// Starts a solve from the warm impulses: the position solve (half of the friction), the velocity solve (the other half), or the textbook's
+// one solve (all at once).
+void warm_start_positions(ContactPool& pool, BlockRange range, SolverBodies& bodies);
+void warm_start_velocities(ContactPool& pool, BlockRange range, SolverBodies& bodies);
+void warm_start_all(ContactPool& pool, BlockRange range, SolverBodies& bodies);
+
+// At the end of a substep: total += impulse, the warm impulses follow, impulse = 0.
+void close_contact_substep(ContactPool& pool, BlockRange range);
 
 // One Gauss-Seidel sweep over normal rows that moves positions: the mean velocity over h brings C to its lift (soft where penetrating).
 // With `measure`, returns the largest velocity change of a row [m/s]; else 0.
 Real sweep_contact_positions(ContactPool& pool, BlockRange range, SolverBodies& bodies, Real h, bool measure);
 
-// One sweep over normal, then friction rows that sets velocities: G v >= bounce (or what a gap leaves).
-Real sweep_contact_velocities(ContactPool& pool, BlockRange range, SolverBodies& bodies, Real h, bool measure);
+// One sweep over normal, then friction rows that sets velocities: G v >= 0 (or a bounce) where it touches.
+Real sweep_contact_velocities(ContactPool& pool, BlockRange range, SolverBodies& bodies, bool measure);
 
 // One sweep of the textbook method: G v >= −beta C / h where C < 0 (Baumgarte 1972), then friction.
 Real sweep_contact_target_velocity(ContactPool& pool, BlockRange range, SolverBodies& bodies, Real h, Real beta, bool measure);

@@ -49,6 +49,19 @@ void apply_impulse(const JointBlock<N>& j, const VecN<N>& lambda, SolverBodies& 
     }
 }
 
+// Adds the impulses that `take` says.
+template <typename Take>
+void warm_start(JointPool& pool, const JointRanges& ranges, SolverBodies& bodies, Take take) {
+    for_each_type(pool, ranges, [&](auto kind, auto& blocks, int begin, int end) {
+        constexpr int N = joint_rows(decltype(kind)::value);
+        for (int i = begin; i < end; ++i) {
+            const VecN<N> lambda = take(blocks[i]);
+            blocks[i].impulse += lambda;
+            apply_impulse<N>(blocks[i], lambda, bodies);
+        }
+    });
+}
+
 // Where a body's present velocity leads within h.
 JointPose predicted_pose(const BodyMotion& m, const BodyVelocity& u, Real h) {
     return {m.x + h * u.v, exp_rotation(h * u.w).toRotationMatrix() * m.R};
@@ -68,6 +81,12 @@ bool JointRanges::empty() const {
     for (int k = 0; k < 5; ++k)
         if (begin[k] < end[k]) return false;
     return true;
+}
+
+int JointRanges::count() const {
+    int n = 0;
+    for (int k = 0; k < 5; ++k) n += end[k] - begin[k];
+    return n;
 }
 
 int JointRanges::rows() const {
@@ -122,30 +141,54 @@ void bias_joints_baumgarte(JointPool& pool, const JointRanges& ranges, const Sol
 
 void scale_warm_start(JointPool& pool, const JointRanges& ranges, Real scale) {
     for_each_type(pool, ranges, [&](auto, auto& blocks, int begin, int end) {
-        for (int i = begin; i < end; ++i) blocks[i].warm *= scale;
-    });
-}
-
-void warm_start_joints(JointPool& pool, const JointRanges& ranges, SolverBodies& bodies, Real scale) {
-    for_each_type(pool, ranges, [&](auto kind, auto& blocks, int begin, int end) {
-        constexpr int N = joint_rows(decltype(kind)::value);
         for (int i = begin; i < end; ++i) {
-            JointBlock<N>& j = blocks[i];
-            const VecN<N> lambda = scale * j.warm;
-            j.impulse += lambda;
-            apply_impulse<N>(j, lambda, bodies);
+            blocks[i].warm_position *= scale;
+            blocks[i].warm_velocity *= scale;
         }
     });
 }
 
-Real sweep_joints(JointPool& pool, const JointRanges& ranges, SolverBodies& bodies, bool biased, bool measure) {
+void warm_start_positions(JointPool& pool, const JointRanges& ranges, SolverBodies& bodies) {
+    warm_start(pool, ranges, bodies, [](auto& j) { return j.warm_position; });
+}
+
+void warm_start_velocities(JointPool& pool, const JointRanges& ranges, SolverBodies& bodies) {
+    warm_start(pool, ranges, bodies, [](auto& j) {
+        j.position_impulse = j.impulse;
+        return j.warm_velocity;
+    });
+}
+
+void warm_start_all(JointPool& pool, const JointRanges& ranges, SolverBodies& bodies) {
+    warm_start(pool, ranges, bodies, [](auto& j) {
+        j.position_impulse.setZero();
+        return j.warm_velocity;
+    });
+}
+
+Real sweep_joint_positions(JointPool& pool, const JointRanges& ranges, SolverBodies& bodies, const Softness& soft, bool measure) {
     Real change = 0;
     for_each_type(pool, ranges, [&](auto kind, auto& blocks, int begin, int end) {
         constexpr int N = joint_rows(decltype(kind)::value);
         for (int i = begin; i < end; ++i) {
             JointBlock<N>& j = blocks[i];
-            VecN<N> error = row_velocity<N>(j, bodies.velocity[j.a], bodies.velocity[j.b]);
-            if (biased) error += j.bias;
+            const VecN<N> error = row_velocity<N>(j, bodies.velocity[j.a], bodies.velocity[j.b]) + j.bias;
+            if (measure) change = std::max(change, error.cwiseAbs().maxCoeff());
+            const VecN<N> lambda = -soft.mass_scale * (j.inv_S * error) - soft.impulse_scale * j.impulse;
+            j.impulse += lambda;
+            apply_impulse<N>(j, lambda, bodies);
+        }
+    });
+    return change;
+}
+
+Real sweep_joint_velocities(JointPool& pool, const JointRanges& ranges, SolverBodies& bodies, bool measure) {
+    Real change = 0;
+    for_each_type(pool, ranges, [&](auto kind, auto& blocks, int begin, int end) {
+        constexpr int N = joint_rows(decltype(kind)::value);
+        for (int i = begin; i < end; ++i) {
+            JointBlock<N>& j = blocks[i];
+            const VecN<N> error = row_velocity<N>(j, bodies.velocity[j.a], bodies.velocity[j.b]);
             if (measure) change = std::max(change, error.cwiseAbs().maxCoeff());
             const VecN<N> lambda = -(j.inv_S * error);
             j.impulse += lambda;
@@ -159,7 +202,8 @@ void close_joint_substep(JointPool& pool, const JointRanges& ranges) {
     for_each_type(pool, ranges, [&](auto, auto& blocks, int begin, int end) {
         for (int i = begin; i < end; ++i) {
             blocks[i].total += blocks[i].impulse;
-            blocks[i].warm = blocks[i].impulse;
+            blocks[i].warm_position = blocks[i].position_impulse;
+            blocks[i].warm_velocity = blocks[i].impulse - blocks[i].position_impulse;
             blocks[i].impulse.setZero();
         }
     });

@@ -12,6 +12,7 @@
 #pragma once
 
 #include "solver/body.hpp"
+#include "solver/softness.hpp"
 
 #include <vector>
 
@@ -62,7 +63,9 @@ struct JointBlock {
     Eigen::Matrix<Real, 6, N> W_a, W_b;  // M⁻¹ Gᵀ
     Eigen::Matrix<Real, N, N> inv_S;     // (G M⁻¹ Gᵀ)⁻¹
     VecN<N> bias;                        // target: G v = −bias
-    VecN<N> warm;                        // impulses of the substep before [N s, N m s]
+    VecN<N> warm_position;               // impulses that the two solves of a substep start from [N s, N m s]: where they ended
+    VecN<N> warm_velocity;               // (what the velocity solve added)
+    VecN<N> position_impulse;            // at the end of the position solve
     VecN<N> impulse;                     // unknowns of the running substep
     VecN<N> total;                       // summed over the substeps
 };
@@ -81,6 +84,7 @@ struct JointRanges {
     int begin[5] = {0, 0, 0, 0, 0};
     int end[5] = {0, 0, 0, 0, 0};
     bool empty() const;
+    int count() const;  // of joints
     int rows() const;
 };
 
@@ -97,13 +101,19 @@ void bias_joints_baumgarte(JointPool& pool, const JointRanges& ranges, const Sol
 
 void scale_warm_start(JointPool& pool, const JointRanges& ranges, Real scale);
 
-void warm_start_joints(JointPool& pool, const JointRanges& ranges, SolverBodies& bodies, Real scale);
+// Starts the position solve, the velocity solve, or the textbook's one solve from the warm impulses.
+void warm_start_positions(JointPool& pool, const JointRanges& ranges, SolverBodies& bodies);
+void warm_start_velocities(JointPool& pool, const JointRanges& ranges, SolverBodies& bodies);
+void warm_start_all(JointPool& pool, const JointRanges& ranges, SolverBodies& bodies);
 
-// One Gauss-Seidel sweep over the joints; `biased`: G v = −bias, else G v = 0. With `measure`, returns the largest velocity change of a
-// row.
-Real sweep_joints(JointPool& pool, const JointRanges& ranges, SolverBodies& bodies, bool biased, bool measure);
+// One Gauss-Seidel sweep over the joints towards G v = −bias, as soft as `soft` says. With `measure`, returns the largest velocity error
+// met.
+Real sweep_joint_positions(JointPool& pool, const JointRanges& ranges, SolverBodies& bodies, const Softness& soft, bool measure);
 
-// total += impulse, warm = impulse, impulse = 0: at the end of a substep.
+// One Gauss-Seidel sweep over the joints towards G v = 0.
+Real sweep_joint_velocities(JointPool& pool, const JointRanges& ranges, SolverBodies& bodies, bool measure);
+
+// At the end of a substep: total += impulse, the warm impulses follow, impulse = 0.
 void close_joint_substep(JointPool& pool, const JointRanges& ranges);
 
 }  // namespace cairn

@@ -37,11 +37,8 @@ void iterate(Context& c, JointSweep joint_sweep, ContactSweep contact_sweep) {
     }
 }
 
-// Half of the external impulse and half of what the rows gave in the last substep.
-void half_kick(Context& c) {
+void kick_half(Context& c) {
     kick(c.bodies, c.island.body_begin, c.island.dynamic_end, 0.5 * c.h);
-    if (c.has_joints) warm_start_joints(c.joints, c.island.joints, c.bodies, 0.5);
-    if (c.has_contacts) warm_start_contacts(c.contacts, c.island.contacts, c.bodies, 0.5);
 }
 
 void move_bodies(Context& c) {
@@ -51,34 +48,35 @@ void move_bodies(Context& c) {
 
 void close_substep(Context& c) {
     if (c.has_joints) close_joint_substep(c.joints, c.island.joints);
-    for (int k = c.island.contacts.begin; k < c.island.contacts.end; ++k) {
-        const ContactBlock& block = c.contacts.blocks[k];
-        for (int p = block.first; p < block.first + block.count; ++p) {
-            PointImpulse &impulse = c.contacts.impulse[p], &total = c.contacts.total[p];
-            total.normal += impulse.normal;
-            total.friction[0] += impulse.friction[0];
-            total.friction[1] += impulse.friction[1];
-            c.contacts.warm[p] = impulse;
-            impulse = {};
-        }
-    }
+    if (c.has_contacts) close_contact_substep(c.contacts, c.island.contacts);
+}
+
+// A joint alone is solved by one sweep and may be rigid; joints that have to agree with others by sweeps may not.
+Softness joint_softness(const Context& c) {
+    if (!c.has_contacts && c.island.joints.count() == 1) return {};
+    return make_softness(c.settings.joint_h_omega, c.settings.joint_damping);
 }
 
 void substep_soft(Context& c) {
     const BlockRange range = c.island.contacts;
     if (c.island.has_bounce) predict_bounces(c.contacts, range, c.bodies, c.h);
-    half_kick(c);
-    if (c.has_joints) bias_joints(c.joints, c.island.joints, c.bodies, c.h, c.settings.joint_rate);
+    kick_half(c);
+    if (c.has_joints) warm_start_positions(c.joints, c.island.joints, c.bodies);
+    if (c.has_contacts) warm_start_positions(c.contacts, range, c.bodies);
+    const Softness joint_soft = joint_softness(c);
+    if (c.has_joints) bias_joints(c.joints, c.island.joints, c.bodies, c.h, joint_soft.rate);
     iterate(
-        c, [&] { return sweep_joints(c.joints, c.island.joints, c.bodies, true, c.measure); },
+        c, [&] { return sweep_joint_positions(c.joints, c.island.joints, c.bodies, joint_soft, c.measure); },
         [&] { return sweep_contact_positions(c.contacts, range, c.bodies, c.h, c.measure); });
     move_bodies(c);
     if (c.has_joints) build_joints(c.joints, c.island.joints, c.bodies);
     if (c.has_contacts) advance_blocks(c.contacts, range, c.bodies, c.h, c.settings.rebuild_angle);
-    half_kick(c);
+    kick_half(c);
+    if (c.has_joints) warm_start_velocities(c.joints, c.island.joints, c.bodies);
+    if (c.has_contacts) warm_start_velocities(c.contacts, range, c.bodies);
     iterate(
-        c, [&] { return sweep_joints(c.joints, c.island.joints, c.bodies, false, c.measure); },
-        [&] { return sweep_contact_velocities(c.contacts, range, c.bodies, c.h, c.measure); });
+        c, [&] { return sweep_joint_velocities(c.joints, c.island.joints, c.bodies, c.measure); },
+        [&] { return sweep_contact_velocities(c.contacts, range, c.bodies, c.measure); });
     close_substep(c);
 }
 
@@ -90,11 +88,11 @@ void substep_target_velocity(Context& c) {
     kick(c.bodies, c.island.body_begin, c.island.dynamic_end, c.h);
     if (c.has_joints) {
         bias_joints_baumgarte(c.joints, c.island.joints, c.bodies, c.h, beta);
-        warm_start_joints(c.joints, c.island.joints, c.bodies, 1);
+        warm_start_all(c.joints, c.island.joints, c.bodies);
     }
-    if (c.has_contacts) warm_start_contacts(c.contacts, range, c.bodies, 1);
+    if (c.has_contacts) warm_start_all(c.contacts, range, c.bodies);
     iterate(
-        c, [&] { return sweep_joints(c.joints, c.island.joints, c.bodies, true, c.measure); },
+        c, [&] { return sweep_joint_positions(c.joints, c.island.joints, c.bodies, Softness{}, c.measure); },
         [&] { return sweep_contact_target_velocity(c.contacts, range, c.bodies, c.h, beta, c.measure); });
     move_bodies(c);
     if (c.has_joints) build_joints(c.joints, c.island.joints, c.bodies);

@@ -18,14 +18,13 @@ enum class SiStabilisation : std::uint8_t { kSoft, kTargetVelocity, kNone };
 
 struct SiSettings {
     int substeps = 4;
-    int iterations = 1;
-    Real residual_tolerance = 0;  // [m/s]; 0: always `iterations` sweeps
+    int iterations = 4;              // most sweeps of a solve
+    Real residual_tolerance = 1e-3;  // [m/s]; 0: always `iterations` sweeps
     SiStabilisation stabilisation = SiStabilisation::kSoft;
-    Real contact_h_omega = 2 * kPi * 0.25;  // soft contacts: 2π f h (solver notes: f = 0.25 / h)
-    Real contact_damping = 5;               // ζ
-    Real joint_rate = 1;                    // share of a joint's error worked off per substep
-    Real baumgarte = 0.2;                   // β of kTargetVelocity
-    Real rebuild_angle = 1e-3;              // [rad]: rows are rebuilt once a body has turned by more since they were
+    Real joint_h_omega = 2 * kPi * 0.25;  // soft joints: 2π f h
+    Real joint_damping = 0.5;             // ζ
+    Real baumgarte = 0.2;                 // β of kTargetVelocity
+    Real rebuild_angle = 1e-3;            // [rad]: rows are rebuilt once a body has turned by more since they were
 };
 
 // The parts of the pools that belong to one island: its dynamic bodies, then its own copies of the kinematic bodies that it touches.

@@ -20,4 +20,11 @@ inline Softness make_softness(Real h_omega, Real damping_ratio) {
     return {h_omega / a1, a2 / (1 + a2), 1 / (1 + a2)};
 }
 
+// Contacts: f = 0.25 / h, ζ = 5 (measured: docs/solvers.md); against what cannot move twice as stiff and half as damped, as there is no
+// partner to pass the error on to.
+inline Softness contact_softness(bool fixed_partner) {
+    constexpr Real h_omega = 2 * kPi * 0.25, damping_ratio = 5;
+    return fixed_partner ? make_softness(2 * h_omega, 0.5 * damping_ratio) : make_softness(h_omega, damping_ratio);
+}
+
 }  // namespace cairn
