@@ -1,5 +1,5 @@
-// GJK, EPA and MPR as FCL extends libccd, composed from FCL's own parts so that the polytope is freed whatever happens, the first direction
-// can be given, and the normal of the polytope's nearest face (not the difference of two nearly equal points) is what comes back.
+// GJK as FCL extends libccd, composed from FCL's own parts so that the first direction can be given and an overlap told from a failure; and
+// libccd's portal refinement.
 #include "collision/fcl_query.hpp"
 
 #include <ccd/ccd.h>
@@ -10,16 +10,19 @@ namespace {
 
 namespace ext = ::fcl::detail::libccd_extension;
 
-// libccd's loops end when support points stop improving or iterations run out, but for EPA's, which has no limit: past this number of
-// calls every support point is the origin, which improves nothing.
-constexpr int kMaxCalls = 2000;
 constexpr unsigned long kMaxIterations = 128;
+constexpr Real kTolerance = 1e-8;
+
+// libccd's loops end when support points stop improving, or after kMaxIterations; should one not, then past this number of calls every
+// support point is the origin, which improves nothing.
+constexpr int kMaxCalls = 2000;
 
 struct Body {
     const Core* core;
+    Real inverse_size;
+    Vec3 first_direction = Vec3::Zero();  // of the first body: where libccd looks first
+    Vec3 centre = Vec3::Zero();           // for MPR
     int calls = 0;
-    Vec3 centre;           // for MPR
-    Vec3 first_direction;  // of the first body: where libccd looks first
 };
 
 Vec3 from_ccd(const ccd_vec3_t& v) {
@@ -64,7 +67,8 @@ void support_callback(const void* object, const ccd_vec3_t* direction, ccd_vec3_
         return;
     }
     const Core& c = *body.core;
-    *point = to_ccd(c.R * farthest_point(c, c.R.transpose() * from_ccd(*direction)) + c.p);
+    const Vec3 p = c.R * farthest_point(c, c.R.transpose() * from_ccd(*direction)) + c.p;
+    *point = to_ccd(body.inverse_size * p);
 }
 
 void centre_callback(const void* object, ccd_vec3_t* point) {
@@ -76,63 +80,37 @@ void first_direction_callback(const void* object, const void*, ccd_vec3_t* direc
 }
 
 // A's far point against n and B's along it make the first corner of the difference A − B.
-Body first_body(const Core& a, const Vec3& toward_a) {
-    return {&a, 0, Vec3::Zero(), toward_a.isZero(0) ? Vec3::UnitX() : Vec3(-toward_a)};
+Body first_body(const Core& a, const Vec3& toward_a, Real size) {
+    return {&a, 1 / size, toward_a.isZero(0) ? Vec3(Vec3::UnitX()) : Vec3(-toward_a)};
 }
 
-ccd_t settings(Real tolerance) {
+Body second_body(const Core& b, Real size) {
+    return {&b, 1 / size};
+}
+
+ccd_t settings() {
     ccd_t ccd;
     CCD_INIT(&ccd);
     ccd.first_dir = first_direction_callback;
     ccd.support1 = ccd.support2 = support_callback;
     ccd.center1 = ccd.center2 = centre_callback;
     ccd.max_iterations = kMaxIterations;
-    ccd.epa_tolerance = ccd.mpr_tolerance = ccd.dist_tolerance = tolerance;
+    ccd.mpr_tolerance = ccd.dist_tolerance = kTolerance;
     return ccd;
-}
-
-struct Polytope {
-    ccd_pt_t pt;
-    Polytope() { ccdPtInit(&pt); }
-    ~Polytope() { ccdPtDestroy(&pt); }
-    Polytope(const Polytope&) = delete;
-    Polytope& operator=(const Polytope&) = delete;
-};
-
-// The outward direction of the polytope's feature nearest to the origin; false if it cannot be told.
-bool nearest_direction(const ccd_pt_el_t& nearest, Vec3& out) {
-    const Vec3 witness = from_ccd(nearest.witness);
-    if (nearest.type == CCD_PT_FACE) {
-        const ccd_pt_face_t& face = *reinterpret_cast<const ccd_pt_face_t*>(&nearest);
-        const ccd_pt_edge_t &e = *face.edge[0], &f = *face.edge[1];
-        const ccd_pt_vertex_t *p = e.vertex[0], *q = e.vertex[1];
-        const ccd_pt_vertex_t* r = f.vertex[0] == p || f.vertex[0] == q ? f.vertex[1] : f.vertex[0];
-        const Vec3 origin = from_ccd(p->v.v);
-        const Vec3 normal = (from_ccd(q->v.v) - origin).cross(from_ccd(r->v.v) - origin);
-        const Real length = normal.norm(), height = normal.dot(origin);
-        if (length > 0 && std::abs(height) > 1e-12 * length) {
-            out = normal / (height > 0 ? length : -length);
-            return is_finite(out);
-        }
-    }
-    const Real length = witness.norm();
-    if (!(length > 1e-9)) return false;
-    out = witness / length;
-    return is_finite(out);
 }
 
 }  // namespace
 
-Answer gjk(const Core& a, const Core& b, const Vec3& toward_a, Real tolerance, Closest& out) noexcept {
+Answer gjk(const Core& a, const Core& b, const Vec3& toward_a, Real size, Closest& out) noexcept {
     try {
-        Body body_a = first_body(a, toward_a), body_b{&b, 0, Vec3::Zero(), Vec3::Zero()};
-        const ccd_t ccd = settings(tolerance);
+        Body body_a = first_body(a, toward_a, size), body_b = second_body(b, size);
+        const ccd_t ccd = settings();
         ccd_simplex_t simplex;
         if (ext::__ccdGJK(&body_a, &body_b, &ccd, &simplex) == 0) return Answer::kContact;
         ccd_vec3_t on_a, on_b;
         const Real distance = ext::_ccdDist(&body_a, &body_b, &ccd, &simplex, &on_a, &on_b);
-        out.a = from_ccd(on_a);
-        out.b = from_ccd(on_b);
+        out.a = size * from_ccd(on_a);
+        out.b = size * from_ccd(on_b);
         const Vec3 d = out.a - out.b;
         out.distance = d.norm();
         if (distance < 0 || !std::isfinite(out.distance)) return Answer::kFailed;
@@ -144,34 +122,15 @@ Answer gjk(const Core& a, const Core& b, const Vec3& toward_a, Real tolerance, C
     }
 }
 
-Answer epa(const Core& a, const Core& b, const Vec3& toward_a, Real tolerance, Vec3& n) noexcept {
+Answer mpr(const Core& a, const Core& b, const Vec3& guess, Real size, Vec3& n) noexcept {
     try {
-        Body body_a = first_body(a, toward_a), body_b{&b, 0, Vec3::Zero(), Vec3::Zero()};
-        const ccd_t ccd = settings(tolerance);
-        ccd_simplex_t simplex;
-        if (ext::__ccdGJK(&body_a, &body_b, &ccd, &simplex) != 0) return Answer::kApart;
-        Polytope polytope;
-        ccd_pt_el_t* nearest = nullptr;
-        if (ext::__ccdEPA(&body_a, &body_b, &ccd, &simplex, &polytope.pt, &nearest) != 0 || nearest == nullptr) return Answer::kFailed;
-        Vec3 outward;
-        if (!nearest_direction(*nearest, outward)) return Answer::kFailed;
-        n = -outward;  // A leaves the way on which the origin leaves A − B
-        return Answer::kContact;
-    } catch (...) {
-        return Answer::kFailed;
-    }
-}
-
-Answer mpr(const Core& a, const Core& b, const Vec3& guess, Real tolerance, Vec3& n) noexcept {
-    try {
-        Body body_a = first_body(a, guess), body_b{&b, 0, Vec3::Zero(), Vec3::Zero()};
-        // The inner point of A − B: from the middle of both, slid onto the line through the origin along the guess.
-        body_a.centre = a.R * a.centre + a.p;
-        body_b.centre = b.R * b.centre + b.p;
+        Body body_a = first_body(a, guess, size), body_b = second_body(b, size);
+        body_a.centre = (a.R * a.centre + a.p) / size;
+        body_b.centre = (b.R * b.centre + b.p) / size;
         const Vec3 between = body_a.centre - body_b.centre;
         const Real along = between.dot(guess);
-        if (along > tolerance) body_b.centre += 0.9 * (between - along * guess);
-        const ccd_t ccd = settings(tolerance);
+        if (along > kTolerance) body_b.centre += 0.9 * (between - along * guess);
+        const ccd_t ccd = settings();
         ccd_real_t depth = 0;
         ccd_vec3_t direction, position;
         if (ccdMPRPenetration(&body_a, &body_b, &ccd, &depth, &direction, &position) != 0) return Answer::kApart;

@@ -3,7 +3,7 @@
 //
 // Conventions: normals are unit and point from the second shape to the first; distances are negative when penetrating [m]. All poses and
 // points in one frame of the caller's choice. Nothing here throws or hangs: an exception of FCL or libccd, a result that is not finite and
-// an iteration limit all come back as kFailed. No allocation once warm, but for epa(), whose polytope libccd allocates.
+// an iteration limit all come back as kFailed. No allocation once warm.
 #pragma once
 
 #include "engine/base/math.hpp"
@@ -64,16 +64,15 @@ struct Closest {
     Real distance = 0;
 };
 
-// Gilbert, Johnson, Keerthi 1988 as in FCL's GJKDistance. `toward_a`: guess of n, the first direction searched (zero: none).
+// Gilbert, Johnson, Keerthi 1988 as in FCL's GJKDistance. `size` [m]: of the smaller shape; libccd has absolute thresholds, so it is given
+// lengths in units of it; the tolerance is 1e-8 of it. `toward_a`: guess of n, the first direction searched (zero: none).
 // kContact: the sets overlap, `out` is not set.
-Answer gjk(const Core& a, const Core& b, const Vec3& toward_a, Real tolerance, Closest& out) noexcept;
+Answer gjk(const Core& a, const Core& b, const Vec3& toward_a, Real size, Closest& out) noexcept;
 
-// Direction of least penetration of two overlapping sets by the expanding polytope (van den Bergen 2001; FCL's GJKSignedDistance).
-// kApart: they do not overlap.
-Answer epa(const Core& a, const Core& b, const Vec3& toward_a, Real tolerance, Vec3& n) noexcept;
-
-// Minkowski portal refinement (Snethen 2008; FCL's GJKCollide) with A's inner point moved so that the ray through the difference runs
-// along `guess`: a good direction when the guess is near, and it never fails for overlapping sets with volume.
-Answer mpr(const Core& a, const Core& b, const Vec3& guess, Real tolerance, Vec3& n) noexcept;
+// Minkowski portal refinement (Snethen 2008; FCL's GJKCollide) with B's inner point moved so that the ray through the difference A − B runs
+// along `guess`: the normal n of the face through which that ray leaves, roughly. kApart: they do not overlap.
+// (FCL's expanding polytope, GJKSignedDistance, would find the least penetration at once, but it walks into null pointers on nearly
+// degenerate polytopes, which no caller can catch.)
+Answer mpr(const Core& a, const Core& b, const Vec3& guess, Real size, Vec3& n) noexcept;
 
 }  // namespace cairn::fcl_query

@@ -1,4 +1,5 @@
-// The general pair: FCL's GJK on cores drawn in from the surfaces, its expanding polytope where the cores overlap or do not tell.
+// The general pair: FCL's GJK on cores drawn in from the surfaces; where the cores overlap or do not tell, a descent to the least
+// penetration.
 #include "collision/narrow_pair.hpp"
 
 #include <algorithm>
@@ -13,7 +14,7 @@ using fcl_query::Core;
 // How far the cores are drawn in, of the inner radii: far first (resting contacts), then near, for corners that the far ones round off.
 constexpr Real kFar = 0.05;
 constexpr Real kNear = 0.002;
-constexpr Real kTolerance = 1e-8;  // of the size
+constexpr int kMaxDescents = 8;
 
 struct Found {
     Vec3 n = Vec3::Zero();
@@ -39,27 +40,61 @@ Answer closest_cores(Query& q, Real shrink, const Vec3& toward_a, Closest& close
     Core a, b;
     make_core(q.a, shrink, a);
     make_core(q.b, shrink, b);
-    return fcl_query::gjk(a, b, toward_a, kTolerance * q.size, closest);
+    return fcl_query::gjk(a, b, toward_a, q.size, closest);
 }
 
-// Overlapping: the expanding polytope, and the portal method should it give up.
-// Returns kApart if they turn out not to overlap.
-Answer offer_penetration(Query& q, Found& best) {
+// Down to a direction of locally least penetration: A moved out along n until it is just clear of B is nearest to the face of A − B through
+// which it left, and that face's normal is a way out at least as short.
+void descend(Query& q, Found& found) {
+    Core a, b;
+    make_core(q.a, 0, a);
+    make_core(q.b, 0, b);
+    const Vec3 start = a.p;
+    for (int i = 0; i < kMaxDescents; ++i) {
+        const Real depth = -found.along;
+        if (depth <= 0) return;
+        a.p = start + (depth + 1e-3 * q.size + 0.02 * depth) * found.n;
+        ++q.stats.fcl_calls;
+        Closest closest;
+        if (fcl_query::gjk(a, b, found.n, q.size, closest) != Answer::kApart) return;
+        Found next;
+        offer(q, next, closest.n);
+        if (!next.exists || next.along <= found.along + 1e-4 * depth) return;
+        found = next;
+    }
+}
+
+// Overlapping: descents from where the portal leads that faces along the guess, and from the best of the guess and the shapes' own axes.
+void offer_penetration(Query& q, Found& best) {
+    Vec3 between = centre_of(q.a) - centre_of(q.b);
+    const Real length = between.norm();
+    between = length > 1e-6 * q.size ? Vec3(between / length) : Vec3::UnitZ();
+    const Vec3 guess = best.exists ? best.n : between;
+
     ++q.stats.fcl_calls;
     Core a, b;
     make_core(q.a, 0, a);
     make_core(q.b, 0, b);
     Vec3 n;
-    const Vec3 guess = best.exists ? best.n : q.axis;
-    const Answer answer = fcl_query::epa(a, b, guess, 1e-6 * q.size, n);
-    if (answer == Answer::kContact) offer(q, best, n);
-    if (answer == Answer::kApart || (best.exists && best.along > -0.5 * q.size)) return answer;
-    ++q.stats.fcl_calls;
-    Vec3 towards = best.exists ? best.n : Vec3(centre_of(q.a) - centre_of(q.b));
-    const Real length = towards.norm();
-    towards = length > 0 ? Vec3(towards / length) : Vec3::UnitZ();
-    if (fcl_query::mpr(a, b, towards, 1e-6 * q.size, n) == Answer::kContact) offer(q, best, n);
-    return answer;
+    Found starts[2];
+    if (fcl_query::mpr(a, b, guess, q.size, n) == Answer::kContact) offer(q, starts[0], n);
+    offer(q, starts[1], guess);
+    offer_faces(q, starts[1]);
+    for (const PlacedShape* s : {&q.a, &q.b}) {
+        for (int k = 0; k < 3; ++k) {
+            for (const Real sign : {1.0, -1.0}) {
+                Found along_axis;
+                offer(q, along_axis, sign * s->X_WS.R.col(k));
+                offer_faces(q, along_axis);
+                offer(q, starts[1], along_axis.n);
+            }
+        }
+    }
+    for (Found& start : starts) {
+        if (!start.exists) continue;
+        descend(q, start);
+        offer(q, best, start.n);
+    }
 }
 
 // A direction whose features do not show: one point where the cores came closest, brought out to the surfaces along n.
@@ -89,15 +124,17 @@ NarrowResult collide_convex(Query& q) {
         if (try_manifold(q, best.n, result)) return result;
     }
     if (!best.exists || best.along < 0) {
-        const Answer answer = offer_penetration(q, best);
+        offer_penetration(q, best);
+        if (!best.exists) return failed(q);
         near_a = support_point(q.a, -best.n);
+        if (try_manifold(q, best.n, result)) return result;
+        // Hardly overlapping after all, or not at all.
         Closest closest;
-        if (answer == Answer::kApart && closest_cores(q, 0, best.exists ? best.n : q.axis, closest) == Answer::kApart) {
+        if (closest_cores(q, 0, best.n, closest) == Answer::kApart) {
             offer(q, best, closest.n);
             near_a = closest.a;
+            if (try_manifold(q, best.n, result)) return result;
         }
-        if (!best.exists) return failed(q);
-        if (try_manifold(q, best.n, result)) return result;
     }
     return add_bare_point(q, best.n, near_a);
 }

@@ -177,7 +177,9 @@ bool try_manifold(Query& q, const Vec3& n, NarrowResult& result) {
     if (a.exists && b.exists) {
         // The cached normal was a face's if it has not moved against it.
         constexpr Real kRounding2 = 1e-28;
-        const bool last_was_b = q.was_touching && (q.axis_in_b ? (q.axis - b.normal).squaredNorm() < kRounding2
+        // The first time a cap yields to a polygon: its rim points move with it, those of the clip would not.
+        const bool last_was_b = !q.was_touching ? q.a.shape->type == ShapeType::kCylinder && q.b.shape->type != ShapeType::kCylinder
+                                                : (q.axis_in_b ? (q.axis - b.normal).squaredNorm() < kRounding2
                                                                : (q.axis + a.normal).squaredNorm() > kRounding2);
         const Real sticky = (q.was_touching ? 1e-4 : 1e-6) * q.size + 0.01 * std::abs(along_n);
         b_first = b.separation > a.separation + (last_was_b ? -sticky : sticky);

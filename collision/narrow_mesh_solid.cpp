@@ -212,7 +212,7 @@ bool examine(Query& q, const TriangleMesh& mesh, int t, Region& region, Scratch&
     b.points = corner;
     b.count = 3;
     fcl_query::Closest closest;
-    const Answer answer = fcl_query::gjk(a, b, region.normal, 1e-8 * q.size, closest);
+    const Answer answer = fcl_query::gjk(a, b, region.normal, q.size, closest);
     Verdict verdict = Verdict::kFace;
     int corners = 7;
     if (answer == Answer::kApart) {

@@ -97,7 +97,7 @@ NarrowResult with_hull(Query& q, Real reach) {
         make_core(q.a, 0, point);
         make_core(q.b, 0, solid);
         fcl_query::Closest closest;
-        const Answer answer = fcl_query::gjk(point, solid, q.axis.isZero(0) ? normal : q.axis, 1e-9 * q.size, closest);
+        const Answer answer = fcl_query::gjk(point, solid, q.axis.isZero(0) ? normal : q.axis, q.size, closest);
         if (answer == Answer::kFailed) return failed(q);
         if (answer == Answer::kApart && closest.distance > height * (1 + 1e-9)) {
             hit = {closest.n, closest.distance};
