@@ -38,11 +38,47 @@ void cut(const Polygon& in, const Vec3& m, Real offset, Real slack, std::uint8_t
     }
 }
 
+// Distance of a point from a disc's axis.
+Real from_axis(const Vec3& p, const Face& disc) {
+    const Vec3 d = p - disc.disc_centre;
+    return (d - disc.normal.dot(d) * disc.normal).norm();
+}
+
+bool is_all_over_disc(const Polygon& polygon, const Face& disc, Real slack) {
+    for (int i = 0; i < polygon.count; ++i)
+        if (from_axis(polygon.corner[i], disc) > disc.disc_radius + slack) return false;
+    return true;
+}
+
+// The piece of a segment over a disc: |p + t d| <= radius in its plane.
+bool clip_segment_to_disc(Vec3 p[2], std::uint8_t name[2], const Face& disc, Real slack) {
+    const Vec3 u = p[1] - p[0], start = p[0] - disc.disc_centre;
+    const Vec3 d = u - disc.normal.dot(u) * disc.normal, s = start - disc.normal.dot(start) * disc.normal;
+    const Real r = disc.disc_radius + slack;
+    const Real a = d.squaredNorm(), b = s.dot(d), c = s.squaredNorm() - r * r;
+    if (!(a > 1e-24 * r * r)) return c <= 0;
+    const Real discriminant = b * b - a * c;
+    if (discriminant < 0) return false;
+    const Real root = std::sqrt(discriminant);
+    const Real t0 = (-b - root) / a, t1 = (-b + root) / a;
+    if (t0 > 1 || t1 < 0) return false;
+    const Vec3 origin = p[0];
+    if (t1 < 1) {
+        p[1] = origin + t1 * u;
+        name[1] = kSideBit;
+    }
+    if (t0 > 0) {
+        p[0] = origin + t0 * u;
+        name[0] = kSideBit;
+    }
+    return true;
+}
+
 }  // namespace
 
 void clip(const Polygon& polygon, const Face& face, Real slack, Polygon& out) {
     const int sides = face.outline.count;
-    if (sides == 0) {
+    if (sides == 0 || (face.disc_radius > 0 && is_all_over_disc(polygon, face, slack))) {
         out = polygon;
         return;
     }
@@ -64,6 +100,7 @@ void clip(const Polygon& polygon, const Face& face, Real slack, Polygon& out) {
 }
 
 bool clip_segment(Vec3 p[2], std::uint8_t name[2], const Face& face, Real slack) {
+    if (face.disc_radius > 0) return clip_segment_to_disc(p, name, face, slack);
     for (int k = 0; k < face.outline.count; ++k) {
         const Vec3 m = side_normal(face, k);
         const Real offset = m.dot(face.outline.corner[k]);
@@ -80,6 +117,7 @@ bool clip_segment(Vec3 p[2], std::uint8_t name[2], const Face& face, Real slack)
 }
 
 bool is_over(const Vec3& point, const Face& face, Real slack) {
+    if (face.disc_radius > 0) return from_axis(point, face) <= face.disc_radius + slack;
     for (int k = 0; k < face.outline.count; ++k)
         if (side_normal(face, k).dot(point - face.outline.corner[k]) > slack) return false;
     return true;

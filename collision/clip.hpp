@@ -26,10 +26,13 @@ struct Polygon {
 };
 
 // A planar face: outward unit normal, normal·x = offset on it, outline counter-clockwise seen from outside. No corners: the whole plane.
+// A disc has both its circle and an outline of points on it.
 struct Face {
     Vec3 normal = Vec3::UnitZ();
     Real offset = 0;
-    int index = 0;  // which face of its shape
+    int index = 0;         // which face of its shape
+    Real disc_radius = 0;  // 0: no disc
+    Vec3 disc_centre = Vec3::Zero();
     Polygon outline;
 };
 

@@ -26,6 +26,7 @@ void box_face(const PlacedShape& s, const Vec3& d, Face& face) {
     const Vec3 centre = s.X_WS.p + h[k] * face.normal;
     face.offset = face.normal.dot(centre);
     face.index = 2 * k + (positive ? 0 : 1);
+    face.disc_radius = 0;
     const int i = (k + 1) % 3, j = (k + 2) % 3;
     const Vec3 u = h[i] * R.col(i);
     const Vec3 v = positive ? Vec3(h[j] * R.col(j)) : Vec3(-h[j] * R.col(j));
@@ -64,6 +65,7 @@ int hull_lowest_face_index(const ConvexHull& hull, const Vec3& d_S) {
 void hull_face(const PlacedShape& s, int index, Face& face) {
     const ConvexHull& hull = *s.shape->hull;
     face.index = index;
+    face.disc_radius = 0;
     const ConvexHull::Face& f = hull.faces()[face.index];
     face.normal = s.X_WS.R * f.normal;
     face.offset = f.offset + face.normal.dot(s.X_WS.p);
@@ -93,6 +95,8 @@ void cylinder_cap(const PlacedShape& s, const Vec3& d, const Lean& lean, Face& f
     const Vec3 centre = s.X_WS.p + s.shape->half_height * face.normal;
     face.offset = face.normal.dot(centre);
     face.index = top ? 0 : 1;
+    face.disc_radius = s.shape->radius;
+    face.disc_centre = centre;
     Vec3 u = R.col(0);
     if (lean.sin > kLevel) u = (d - lean.cos * R.col(2)) / lean.sin;
     const Vec3 v = face.normal.cross(u);

@@ -61,15 +61,48 @@ int axis_candidates(const PlacedShape& s, const Face& face, Real margin, Real si
     return count;
 }
 
-// A standing cylinder wholly over the face: four rim points, which stay the same while it turns.
-int cap_candidates(const Face& cap, const Face& face, Real margin, Real size, Candidate* out) {
+// Where two discs overlap: the two points of the lens where the circles cross, and its two tips; or four points of a disc held by the
+// other.
+int lens_candidates(const Face& disc, const Face& face, Real margin, Candidate* out) {
+    const Vec3 between = face.disc_centre - disc.disc_centre;
+    const Vec3 aside = between - face.normal.dot(between) * face.normal;
+    const Real d = aside.norm(), r = disc.disc_radius, R = face.disc_radius;
+    if (d >= r + R) return 0;
+    // On the plane of the incident disc, whose tilt against the face is small.
+    const auto on_disc = [&](const Vec3& p) {
+        return Vec3(p - disc.normal.dot(p - disc.disc_centre) / disc.normal.dot(face.normal) * face.normal);
+    };
     int count = 0;
-    constexpr int kStep = kMaxOutline / 4;
-    for (int k = 0; k < 4; ++k) {
-        const Vec3& p = cap.outline.corner[k * kStep];
-        if (!is_over(p, face, kSlack * size)) return polygon_candidates(cap.outline, cap.index, face, margin, size, out);
-        push(out, count, face, p, 0, margin, feature_of(cap.index, face.index, 0, static_cast<std::uint8_t>(k)));
+    const auto add = [&](const Vec3& p, int name) {
+        push(out, count, face, on_disc(p), 0, margin, feature_of(disc.index, face.index, 1, static_cast<std::uint8_t>(name)));
+    };
+    if (d <= r - R) {
+        for (int k = 0; k < 4; ++k) add(face.outline.corner[k * (kMaxOutline / 4)], 4 + k);
+        return count;
     }
+    const Vec3 e = aside / d, f = face.normal.cross(e);
+    const Vec3& c = disc.disc_centre;
+    const Real x = std::clamp((d * d + r * r - R * R) / (2 * d), -r, r);
+    const Real y = std::sqrt(r * r - x * x);
+    add(c + std::min(r, d + R) * e, 0);
+    add(c + x * e + y * f, 1);
+    add(c + std::max(d - R, -r) * e, 2);
+    add(c + x * e - y * f, 3);
+    return count;
+}
+
+// A standing cylinder: wholly over the face four rim points, which stay the same while it turns.
+int cap_candidates(const Face& cap, const Face& face, Real margin, Real size, Candidate* out) {
+    constexpr int kStep = kMaxOutline / 4;
+    const Real slack = face.disc_radius > 0 ? 1e-3 * size : kSlack * size;
+    bool all_over = true;
+    for (int k = 0; k < 4; ++k) all_over = all_over && is_over(cap.outline.corner[k * kStep], face, slack);
+    if (!all_over && face.disc_radius > 0) return lens_candidates(cap, face, margin, out);
+    if (!all_over) return polygon_candidates(cap.outline, cap.index, face, margin, size, out);
+    int count = 0;
+    for (int k = 0; k < 4; ++k)
+        push(out, count, face, cap.outline.corner[k * kStep], 0, margin,
+             feature_of(cap.index, face.index, 0, static_cast<std::uint8_t>(k)));
     return count;
 }
 
@@ -113,23 +146,26 @@ bool try_face(Query& q, const FaceChoice& f, bool face_is_b, Real along_n) {
 
 }  // namespace
 
-int face_candidates(const PlacedShape& incident, const Face& face, Real margin, Real size, Candidate out[kMaxCandidates]) {
+bool comes_down_flat(const PlacedShape& incident, const Vec3& normal, Face& lowest) {
     const ShapeType type = incident.shape->type;
-    if (type == ShapeType::kCapsule) return axis_candidates(incident, face, margin, size, out);
-    if (type == ShapeType::kCylinder) {
-        if (lean_of(incident, face.normal).sin > kStanding) return axis_candidates(incident, face, margin, size, out);
-        Face cap;
-        face_towards(incident, -face.normal, cap);
-        return cap_candidates(cap, face, margin, size, out);
-    }
-    if (type == ShapeType::kSphere) {
+    if (type == ShapeType::kCylinder && lean_of(incident, normal).sin > kStanding) return false;
+    return lowest_face(incident, -normal, lowest);
+}
+
+int flat_candidates(const Face& lowest, const Face& face, Real margin, Real size, Candidate out[kMaxCandidates]) {
+    if (lowest.disc_radius > 0) return cap_candidates(lowest, face, margin, size, out);
+    return polygon_candidates(lowest.outline, lowest.index, face, margin, size, out);
+}
+
+int face_candidates(const PlacedShape& incident, const Face& face, Real margin, Real size, Candidate out[kMaxCandidates]) {
+    if (incident.shape->type == ShapeType::kSphere) {
         int count = 0;
         if (is_over(incident.X_WS.p, face, kSlack * size)) push(out, count, face, incident.X_WS.p, incident.shape->radius, margin, 0);
         return count;
     }
-    Face opposite;
-    lowest_face(incident, -face.normal, opposite);
-    return polygon_candidates(opposite.outline, opposite.index, face, margin, size, out);
+    Face lowest;
+    if (comes_down_flat(incident, face.normal, lowest)) return flat_candidates(lowest, face, margin, size, out);
+    return axis_candidates(incident, face, margin, size, out);
 }
 
 void add_face_manifold(Query& q, const Vec3& face_normal, bool face_is_b, Candidate* candidates, int count) {

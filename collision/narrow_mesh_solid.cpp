@@ -23,6 +23,8 @@ struct Region {
     Real offset = 0;
     Real lowest = 0;      // separation of the shape from the plane
     bool proven = false;  // the shape's lowest point lies over it
+    bool flat = false;    // the shape comes down on it with its face
+    Face own;             // that one
     std::vector<int> triangles;
     std::vector<Candidate> points;
 };
@@ -81,6 +83,8 @@ void gather(const Query& q, const TriangleMesh& mesh, const std::vector<int>& tr
             r.normal = n;
             r.offset = offset;
             r.lowest = lowest;
+            r.flat = comes_down_flat(q.a, n, r.own);
+            r.own.disc_radius = 0;
         }
         r.triangles.push_back(t);
     }
@@ -100,20 +104,21 @@ void clip_to_triangle(const Query& q, const TriangleMesh& mesh, int t, Region& r
     face.normal = region.normal;
     face.offset = region.offset;
     Candidate found[kMaxCandidates];
-    const int count = face_candidates(q.a, face, q.margin, q.size, found);
-    bool inner[3];
-    for (int k = 0; k < 3; ++k) inner[k] = mesh_edge(mesh, t, k).is_flat;
+    // A disc's four rim points may come to lie over different triangles: here it is its outline.
+    const int count =
+        region.flat ? flat_candidates(region.own, face, q.margin, q.size, found) : face_candidates(q.a, face, q.margin, q.size, found);
+    const auto inner = [&](int k) { return mesh_edge(mesh, t, k).is_flat; };
     for (int i = 0; i < count; ++i) {
         Candidate& c = found[i];
         const int in = static_cast<int>(c.feature >> 8 & 0xff), out = static_cast<int>(c.feature & 0xff);
         const bool in_side = in >= kSideBit, out_side = out >= kSideBit;
         if (in_side && out_side) {  // a corner of the mesh under the shape's face
-            if (inner[in - kSideBit] && inner[out - kSideBit]) continue;
+            if (inner(in - kSideBit) && inner(out - kSideBit)) continue;
             const int corner = (in - kSideBit + 1) % 3 == out - kSideBit ? out - kSideBit : in - kSideBit;
             c.feature = 0x80000000u | static_cast<std::uint32_t>(mesh.triangles()[t][corner]);
         } else if (in_side || out_side) {
             const int side = (in_side ? in : out) - kSideBit;
-            if (inner[side]) continue;
+            if (inner(side)) continue;
             c.feature = (c.feature & 0x7fff0000u) ^ static_cast<std::uint32_t>((3 * t + side) * 64 + (in_side ? out : in)) ^
                         (in_side ? 0x40000000u : 0u);
         }

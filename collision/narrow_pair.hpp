@@ -58,6 +58,10 @@ bool try_manifold(Query& q, const Vec3& n, NarrowResult& result);
 // Points of `incident` over the face, nearer than `margin`. Features are unique among them.
 int face_candidates(const PlacedShape& incident, const Face& face, Real margin, Real size, Candidate out[kMaxCandidates]);
 
+// The same for the shape's lowest face, where that is what comes down: for boxes, hulls and cylinders that stand.
+bool comes_down_flat(const PlacedShape& incident, const Vec3& normal, Face& lowest);
+int flat_candidates(const Face& lowest, const Face& face, Real margin, Real size, Candidate out[kMaxCandidates]);
+
 // A manifold of the candidates (count > 0), the face on A's side or on B's.
 void add_face_manifold(Query& q, const Vec3& face_normal, bool face_is_b, Candidate* candidates, int count);
 

@@ -95,10 +95,6 @@ NarrowResult collide_ordered(const PlacedShape& a, const PlacedShape& b, bool fl
     if (bounded && !cache.axis.isZero(0)) {
         q.axis = R_cache * cache.axis;
         if (flipped) q.axis = -q.axis;
-        if (cache.separated && narrow::separation_along(q, q.axis) >= margin) {
-            ++stats.separating_axis_hits;
-            return NarrowResult::kSeparated;
-        }
         q.was_touching = !cache.separated;
     }
     q.size = bounded ? std::min(shape_size(*a.shape), shape_size(*b.shape)) : shape_size(*a.shape);
@@ -120,6 +116,13 @@ NarrowResult collide_ordered(const PlacedShape& a, const PlacedShape& b, bool fl
 NarrowResult collide_shapes(const PlacedShape& a, const PlacedShape& b, Real margin, PairCache& cache, std::vector<Manifold>& out,
                             NarrowStats& stats) noexcept {
     ++stats.queries;
+    if (cache.separated) {
+        const Vec3 n = a.X_WS.R * cache.axis;
+        if (-support(a, -n) - support(b, n) >= margin) {  // false for poses that are not finite
+            ++stats.separating_axis_hits;
+            return NarrowResult::kSeparated;
+        }
+    }
     if (!is_finite_pose(a.X_WS) || !is_finite_pose(b.X_WS) || !std::isfinite(margin)) {
         ++stats.failures;
         return NarrowResult::kFailed;

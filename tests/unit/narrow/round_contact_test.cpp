@@ -166,6 +166,21 @@ TEST_CASE("a tilted cylinder's deepest point is its lowest rim point, exactly, a
     }
 }
 
+TEST_CASE("a small cylinder on a large one, or under it, has four points on the small one's rim") {
+    const Shape large = Shape::cylinder(1, 0.2), small = Shape::cylinder(0.3, 0.2);
+    for (const Real x : {0.0, 1e-5, 0.4}) {
+        for (const bool small_above : {true, false}) {
+            const Manifold m = small_above ? only(collide(small, at(x, 0, 0.399), large, at(0, 0, 0), 0.01))
+                                           : only(collide(large, at(0, 0, 0.399), small, at(x, 0, 0), 0.01));
+            REQUIRE(m.count == 4);
+            for (const ManifoldPoint& p : m.points) {
+                CHECK(Vec3(p.core_a - Vec3(x, 0, p.core_a.z())).norm() == Approx(0.3));
+                CHECK(p.separation == Approx(-1e-3).margin(1e-12));
+            }
+        }
+    }
+}
+
 TEST_CASE("cylinders stacked, side by side and crossed") {
     const Shape c = Shape::cylinder(0.5, 0.5);
     for (const Real tilt : {0.0, 1e-9, 1e-6, 1e-4}) {
