@@ -91,7 +91,7 @@ TEST_CASE("boxes nested a thousandfold are found, however high their tree") {
         boxes.push_back(cube_at(Vec3::Zero(), std::ldexp(1.0, exponent)));
         tree.insert(boxes.back(), i);
     }
-CHECK(found(tree, cube_at(Vec3::Zero(), 0)).size() == 900);
+    CHECK(found(tree, cube_at(Vec3::Zero(), 0)).size() == 900);
     const Aabb part{Vec3::Constant(1), Vec3::Constant(2)};
     CHECK(found(tree, part) == brute_force(boxes, part));
     tree.rebuild();

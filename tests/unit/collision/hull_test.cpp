@@ -141,6 +141,23 @@ TEST_CASE("a turned and shifted cube with points on its faces still has 6 faces 
     CHECK(std::abs(hull.inner_radius() - 1) < 2e-14);
 }
 
+// As from a file that rounds: points of a lattice on a cube, each coordinate off by up to 1e-9, so hundreds of them stick out a little.
+TEST_CASE("a lattice of points on a cube that are slightly off still makes 6 faces of 4") {
+    const unsigned seed = GENERATE(range(1u, 11u));
+    CAPTURE(seed);
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<Real> noise(-1e-9, 1e-9);
+    std::vector<Vec3> points;
+    for (int i = 0; i < 343; ++i) {
+        const Real x = noise(random), y = noise(random), z = noise(random);
+        points.push_back(Vec3(i % 7 - 3, i / 7 % 7 - 3, i / 49 - 3) / 3 + Vec3(x, y, z));
+    }
+    const ConvexHull hull(points);
+    check_laws(hull, 1e-8);
+    CHECK(hull.vertices().size() == 8);
+    CHECK(hull.faces().size() == 6);
+}
+
 TEST_CASE("a drum of 64 sides has two caps of 64 corners and 64 sides of 4") {
     std::vector<Vec3> points;
     for (int i = 0; i < 64; ++i)

@@ -104,6 +104,16 @@ TEST_CASE("the corner tetrahedron has volume 1/6, centroid 1/4, moments 1/80 and
     CHECK(difference(p.inertia, expected) < kRounding);
 }
 
+// Base [−1, 1]², apex at height 1: slices of half side 1 − z. V = 4/3, centroid at 1/4; ∫x² = 4/15; ∫z² = 2/15 − V/16 = 1/20 about the
+// centroid. Unlike in a box, the mean of the vertices (at 1/5) is not the centroid.
+TEST_CASE("a square pyramid has its centroid at a quarter of its height and moments 19/60, 19/60, 8/15") {
+    const VolumeProperties p =
+        volume_properties(Shape::convex({Vec3(-1, -1, 0), Vec3(1, -1, 0), Vec3(1, 1, 0), Vec3(-1, 1, 0), Vec3(0, 0, 1)}));
+    CHECK(p.volume == Approx(4.0 / 3).epsilon(kRounding));
+    CHECK((p.centroid - Vec3(0, 0, 0.25)).norm() < kRounding);
+    CHECK(difference(p.inertia, Vec3(19.0 / 60, 19.0 / 60, 8.0 / 15).asDiagonal()) < kRounding);
+}
+
 TEST_CASE("turning and moving a shape turns its inertia and moves its centroid") {
     std::mt19937 random(4);
     for (int i = 0; i < 20; ++i) {
