@@ -112,9 +112,10 @@ void check_default_inertia(const BodyDef& body, Mistakes& mistakes) {
         return;
     }
     const VolumeProperties volume = volume_properties(body.shapes);
-    constexpr Real kTolerance = 1e-6;  // of the size of a cube of the same volume
-    const Real offset = volume.centroid.norm();
-    if (offset <= kTolerance * std::cbrt(volume.volume)) return;
+    // The same rule as World::add_body's: a ten-thousandth of the radius of gyration.
+    constexpr Real kTolerance = 1e-4;
+    const Real size = std::sqrt(volume.inertia.trace() / volume.volume);
+    if (volume.centroid.norm() <= kTolerance * size) return;
     const Vec3 c = volume.centroid;
     mistakes.add("missing, must be given: the shapes' centroid " + quoted(Json{c.x(), c.y(), c.z()}) + " is not the body's origin");
 }
