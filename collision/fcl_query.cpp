@@ -12,6 +12,11 @@
 
 #include <vector>
 
+namespace fcl {
+template struct ContactPoint<double>;
+template Halfspace<double> transform(const Halfspace<double>&, const Transform3<double>&);
+}  // namespace fcl
+
 namespace fcl::detail {
 
 using Contacts = std::vector<ContactPoint<double>>;
@@ -32,6 +37,7 @@ template int intersectRectQuad2(double[2], double[8], double[16]);
 template void lineClosestApproach(const Vector3<double>&, const Vector3<double>&, const Vector3<double>&, const Vector3<double>&, double*,
                                   double*);
 template double clamp(double, double, double);
+template void lineSegmentPointClosestToPoint(const Vector3<double>&, const Vector3<double>&, const Vector3<double>&, Vector3<double>&);
 template double closestPtSegmentSegment(const Vector3<double>&, const Vector3<double>&, const Vector3<double>&, const Vector3<double>&,
                                         double*, double*, Vector3<double>*, Vector3<double>*);
 

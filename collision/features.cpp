@@ -219,8 +219,11 @@ Real support(const PlacedShape& s, const Vec3& d) {
     switch (shape.type) {
         case ShapeType::kSphere:
             return d.dot(X.p) + shape.radius;
-        case ShapeType::kBox:
-            return d.dot(X.p) + (X.R.transpose() * d).cwiseAbs().dot(shape.half_extents);
+        case ShapeType::kBox: {
+            Real sum = d.dot(X.p);
+            for (int k = 0; k < 3; ++k) sum += std::abs(d.dot(X.R.col(k))) * shape.half_extents[k];
+            return sum;
+        }
         case ShapeType::kCapsule:
             return d.dot(X.p) + std::abs(d.dot(X.R.col(2))) * shape.half_height + shape.radius;
         case ShapeType::kCylinder: {

@@ -2,6 +2,8 @@
 // penetration.
 #include "collision/narrow_pair.hpp"
 
+#include "collision/hull.hpp"
+
 #include <algorithm>
 
 namespace cairn::narrow {
@@ -14,6 +16,7 @@ using fcl_query::Core;
 // How far the cores are drawn in, of the inner radii: far first (resting contacts), then near, for corners that the far ones round off.
 constexpr Real kFar = 0.05;
 constexpr Real kNear = 0.002;
+constexpr Real kDeep = 0.01;  // of the size: overlaps that may have a shorter way out elsewhere
 constexpr int kMaxDescents = 8;
 
 struct Found {
@@ -33,6 +36,21 @@ void offer_faces(const Query& q, Found& best) {
     Vec3 normal;
     if (face_normal_towards(q.a, -n, normal)) offer(q, best, -normal);
     if (face_normal_towards(q.b, n, normal)) offer(q, best, normal);
+}
+
+// All faces, for shapes that are deep in each other: what is nearest there need not be least.
+void offer_all_faces(const Query& q, Found& best) {
+    for (const PlacedShape* s : {&q.a, &q.b}) {
+        const Real sign = s == &q.a ? -1 : 1;
+        if (s->shape->type == ShapeType::kHull) {
+            for (const ConvexHull::Face& f : s->shape->hull->faces()) offer(q, best, sign * (s->X_WS.R * f.normal));
+        } else if (s->shape->type == ShapeType::kBox) {
+            for (int k = 0; k < 3; ++k) {
+                offer(q, best, s->X_WS.R.col(k));
+                offer(q, best, -s->X_WS.R.col(k));
+            }
+        }
+    }
 }
 
 Answer closest_cores(Query& q, Real shrink, const Vec3& toward_a, Closest& closest) {
@@ -80,6 +98,7 @@ void offer_penetration(Query& q, Found& best) {
     if (fcl_query::mpr(a, b, guess, q.size, n) == Answer::kContact) offer(q, starts[0], n);
     offer(q, starts[1], guess);
     offer_faces(q, starts[1]);
+    offer_all_faces(q, starts[1]);
     for (const PlacedShape* s : {&q.a, &q.b}) {
         for (int k = 0; k < 3; ++k) {
             for (const Real sign : {1.0, -1.0}) {
@@ -110,9 +129,11 @@ NarrowResult collide_convex(Query& q) {
     Found best;
     Vec3 near_a = centre_of(q.a);
     NarrowResult result;
-    // Cores ever nearer to the shapes; at last the shapes themselves, if they are apart.
+    // Cores ever nearer to the shapes; at last the shapes themselves, if they are apart. A capsule's axis lies deep enough as it is: the
+    // direction from the whole other shape to it is exact.
+    const bool capsule = q.a.shape->type == ShapeType::kCapsule;
     for (const Real shrink : {kFar, kNear, 0.0}) {
-        if (shrink == 0.0 && best.exists && best.along <= 0) break;
+        if (capsule ? shrink > 0 : shrink == 0 && best.exists && best.along <= 0) continue;
         Closest closest;
         const Answer answer = closest_cores(q, shrink, best.exists ? best.n : q.axis, closest);
         if (answer == Answer::kFailed) continue;
@@ -121,6 +142,7 @@ NarrowResult collide_convex(Query& q) {
         if (best.along >= q.margin) return separated(q, best.n);
         near_a = closest.a;
         offer_faces(q, best);
+        if (!capsule && best.along < -kDeep * q.size) break;
         if (try_manifold(q, best.n, result)) return result;
     }
     if (!best.exists || best.along < 0) {

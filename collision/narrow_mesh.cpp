@@ -6,7 +6,6 @@
 namespace cairn::narrow {
 namespace {
 
-constexpr Real kFlat = 1e-5;   // [rad] between neighbours that count as one plane
 constexpr Real kRidge = 2e-3;  // [rad] by which a convex edge must bend to be one
 
 std::uint32_t mix(std::uint64_t x) {
@@ -86,7 +85,6 @@ MeshEdge mesh_edge(const TriangleMesh& mesh, int triangle, int k) {
     const Vec3& m = mesh.normal(e.neighbour);
     e.away = m.cross(along);                  // the neighbour runs along its edge the other way
     const Real bend = n.cross(m).dot(along);  // positive: convex
-    e.is_flat = std::abs(bend) < kFlat && n.dot(m) > 0;
     e.is_ridge = bend > kRidge || (n.dot(m) < 0 && bend > -kRidge);
     return e;
 }
@@ -122,8 +120,8 @@ NarrowResult collide_with_mesh(Query& q) {
         return d;
     };
     if (q.out.size() > first + kMaxMeshManifolds) {
-        std::stable_sort(q.out.begin() + static_cast<std::ptrdiff_t>(first), q.out.end(),
-                         [&](const Manifold& m, const Manifold& o) { return depth(m) < depth(o); });
+        std::sort(q.out.begin() + static_cast<std::ptrdiff_t>(first), q.out.end(),
+                  [&](const Manifold& m, const Manifold& o) { return depth(m) != depth(o) ? depth(m) < depth(o) : m.sub_key < o.sub_key; });
         q.out.resize(first + kMaxMeshManifolds);
     }
     for (std::size_t i = first; i < q.out.size(); ++i) {

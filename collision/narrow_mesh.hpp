@@ -21,7 +21,6 @@ std::uint32_t edge_key(const TriangleMesh& mesh, int triangle, int corners);  //
 struct MeshEdge {
     int neighbour = -1;
     bool is_ridge = true;      // borders and convex edges; false: flat or hollow
-    bool is_flat = false;      // the neighbour lies in the triangle's plane
     Vec3 away = Vec3::Zero();  // in the neighbour's plane, out of it across the edge; zero at a border
 };
 MeshEdge mesh_edge(const TriangleMesh& mesh, int triangle, int k);

@@ -22,7 +22,8 @@ struct Region {
     Vec3 normal;
     Real offset = 0;
     Real lowest = 0;      // separation of the shape from the plane
-    bool proven = false;  // the shape's lowest point lies over it
+    Candidate deepest;    // of the points
+    int deepest_on = -1;  // and its triangle; −1: no points
     bool flat = false;    // the shape comes down on it with its face
     Face own;             // that one
     std::vector<int> triangles;
@@ -48,7 +49,7 @@ struct Scratch {
         Region& r = regions[region_count++];
         r.triangles.clear();
         r.points.clear();
-        r.proven = false;
+        r.deepest_on = -1;
         return r;
     }
     Ridge& new_ridge() {
@@ -64,10 +65,34 @@ Vec3 middle(const TriangleMesh& mesh, int t) {
     return (mesh.vertices()[v[0]] + mesh.vertices()[v[1]] + mesh.vertices()[v[2]]) / 3;
 }
 
+// The shape's extent along its own axes, either way: triangles beyond it by more than the margin are out of reach.
+struct Reach {
+    Vec3 axis[6];
+    Real most[6];
+
+    explicit Reach(const Query& q) {
+        for (int k = 0; k < 6; ++k) {
+            axis[k] = k < 3 ? Vec3(q.a.X_WS.R.col(k)) : Vec3(-q.a.X_WS.R.col(k - 3));
+            most[k] = support(q.a, axis[k]) + q.margin;
+        }
+    }
+    bool misses(const TriangleMesh& mesh, int t) const {
+        const std::array<int, 3>& v = mesh.triangles()[t];
+        for (int k = 0; k < 6; ++k) {
+            bool beyond = true;
+            for (const int i : v) beyond = beyond && axis[k].dot(mesh.vertices()[i]) >= most[k];
+            if (beyond) return true;
+        }
+        return false;
+    }
+};
+
 // Sorts the triangles that the shape may touch from the front into planes.
 void gather(const Query& q, const TriangleMesh& mesh, const std::vector<int>& triangles, Scratch& s) {
     s.region_count = s.ridge_count = 0;
+    const Reach reach(q);
     for (const int t : triangles) {
+        if (reach.misses(mesh, t)) continue;
         const Vec3& n = mesh.normal(t);
         const Real offset = n.dot(mesh.vertices()[mesh.triangles()[t][0]]);
         const Real lowest = -support(q.a, -n) - offset;
@@ -107,9 +132,16 @@ void clip_to_triangle(const Query& q, const TriangleMesh& mesh, int t, Region& r
     // A disc's four rim points may come to lie over different triangles: here it is its outline.
     const int count =
         region.flat ? flat_candidates(region.own, face, q.margin, q.size, found) : face_candidates(q.a, face, q.margin, q.size, found);
-    const auto inner = [&](int k) { return mesh_edge(mesh, t, k).is_flat; };
+    const auto inner = [&](int k) {
+        const int neighbour = mesh.neighbour(t, k);
+        return neighbour >= 0 && (mesh.normal(neighbour) - mesh.normal(t)).squaredNorm() < kOneNormal * kOneNormal;
+    };
     for (int i = 0; i < count; ++i) {
         Candidate& c = found[i];
+        if (region.deepest_on < 0 || c.separation < region.deepest.separation) {
+            region.deepest = c;
+            region.deepest_on = t;
+        }
         const int in = static_cast<int>(c.feature >> 8 & 0xff), out = static_cast<int>(c.feature & 0xff);
         const bool in_side = in >= kSideBit, out_side = out >= kSideBit;
         if (in_side && out_side) {  // a corner of the mesh under the shape's face
@@ -124,6 +156,17 @@ void clip_to_triangle(const Query& q, const TriangleMesh& mesh, int t, Region& r
         }
         add_distinct(region.points, c, q.size);
     }
+}
+
+// Whether the shape's lowest point over the region's plane lies over the region itself; FCL has the last word on the point.
+bool is_proven(Query& q, const TriangleMesh& mesh, const Region& r) {
+    if (r.deepest_on < 0 || r.deepest.separation > r.lowest + 0.02 * std::abs(r.lowest) + 1e-5 * q.size) return false;
+    const std::array<int, 3>& t = mesh.triangles()[r.deepest_on];
+    const auto& v = mesh.vertices();
+    ++q.stats.fcl_calls;
+    Vec3 nearest;
+    return fcl_query::nearest_on_triangle(r.deepest.core, v[t[0]], v[t[1]], v[t[2]], nearest) != 0 &&
+           (nearest - r.deepest.foot).norm() < 1e-4 * q.size;
 }
 
 void add_region_manifold(Query& q, Region& r) {
@@ -261,10 +304,7 @@ NarrowResult collide_solid_with_mesh(Query& q, const TriangleMesh& mesh, const s
     for (std::size_t i = 0; i < s.region_count; ++i) {
         Region& r = s.regions[i];
         for (const int t : r.triangles) clip_to_triangle(q, mesh, t, r);
-        Real deepest = q.margin;
-        for (const Candidate& c : r.points) deepest = std::min(deepest, c.separation);
-        r.proven = !r.points.empty() && deepest < r.lowest + 0.02 * std::abs(r.lowest) + 1e-5 * q.size;
-        if (r.proven) continue;
+        if (is_proven(q, mesh, r)) continue;
         r.points.clear();
         for (const int t : r.triangles) sound = examine(q, mesh, t, r, s) && sound;
     }

@@ -85,7 +85,7 @@ TEST_CASE("every pair in any pose: sound manifolds, the same in either order, an
         for (std::size_t j = 0; j < shapes.size(); ++j) {
             CAPTURE(i, j);
             Random r(100 * i + j);
-            for (int k = 0; k < 120; ++k) {
+            for (int k = 0; k < 400; ++k) {
                 const Transform X_B(random_rotation(r), scale * Vec3(uniform(r, -3, 3), uniform(r, -3, 3), uniform(r, -3, 3)));
                 const Real depth = scale * std::pow(10.0, uniform(r, -6, -0.5)) * (k % 4 == 0 ? -1 : 1);
                 const Transform X_A = near_pose(r, shapes[i], shapes[j], X_B, depth, scale, k % 3 == 0);
@@ -134,7 +134,7 @@ TEST_CASE("the depth of overlapping polyhedra is the least over all faces and cr
         for (std::size_t j = 0; j < shapes.size(); ++j) {
             CAPTURE(i, j);
             Random r(7 * i + j);
-            for (int k = 0; k < 60; ++k) {
+            for (int k = 0; k < 150; ++k) {
                 const Transform X_B(random_rotation(r), Vec3(uniform(r, -3, 3), uniform(r, -3, 3), uniform(r, -3, 3)));
                 Transform X_A = near_pose(r, shapes[i], shapes[j], X_B, std::pow(10.0, uniform(r, -4, -0.5)), 1, k % 4 == 0);
                 const std::vector<Vec3> directions = polyhedron_directions(shapes[i], X_A, shapes[j], X_B);
