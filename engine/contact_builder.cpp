@@ -63,7 +63,9 @@ void build_manifold(WorldData& world, Real dt, const Contact& c, CachedManifold&
     block.mu = c.mu;
     block.restitution = c.restitution;
     island.has_bounce |= c.restitution > 0;
-    block.soft = contact_softness(block.inv_mass_a == 0 || block.inv_mass_b == 0);
+    block.inv_mass_sum = block.inv_mass_a + block.inv_mass_b;
+    block.share_a = block.inv_mass_a / block.inv_mass_sum;
+    block.share_b = block.inv_mass_b / block.inv_mass_sum;
     if (c.mu > 0) {
         block.friction = static_cast<int>(pool.frictions.size());
         pool.frictions.resize(pool.frictions.size() + 2 * m.count);

@@ -8,17 +8,17 @@
 namespace cairn {
 
 // How a position error (penetration, joint separation) is worked off.
-//   kSoft           biased solve moves the positions, a second, unbiased solve sets the velocities: no energy enters through the bias
+//   kSplit          biased solve moves the positions, a second, unbiased solve sets the velocities: no energy enters through the bias
 //   kTargetVelocity Baumgarte (1972): the bias is part of the velocity, the textbook method
 //   kNone           not at all: positions drift
-enum class Stabilisation : std::uint8_t { kSoft, kTargetVelocity, kNone };
+enum class Stabilisation : std::uint8_t { kSplit, kTargetVelocity, kNone };
 
 struct WorldSettings {
     Vec3 gravity{0, 0, -9.81};       // [m/s²]
     int substeps = 4;                // per step, >= 1
-    int iterations = 1;              // most sweeps per solve, >= 1
+    int iterations = 4;              // most sweeps per solve, >= 1
     Real residual_tolerance = 1e-3;  // [m/s]: a solve stops sweeping once no row changes its velocity by more; 0: always the maximum
-    Stabilisation stabilisation = Stabilisation::kSoft;
+    Stabilisation stabilisation = Stabilisation::kSplit;
     bool sleep = false;
     int threads = 1;
 };

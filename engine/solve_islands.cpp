@@ -11,7 +11,7 @@ SiSettings si_settings(const WorldSettings& s) {
     out.substeps = s.substeps;
     out.iterations = s.iterations;
     out.residual_tolerance = s.residual_tolerance;
-    out.stabilisation = s.stabilisation == Stabilisation::kSoft             ? SiStabilisation::kSoft
+    out.stabilisation = s.stabilisation == Stabilisation::kSplit            ? SiStabilisation::kSplit
                         : s.stabilisation == Stabilisation::kTargetVelocity ? SiStabilisation::kTargetVelocity
                                                                             : SiStabilisation::kNone;
     return out;
@@ -51,9 +51,9 @@ void add_joint_block(WorldData& world, std::uint32_t index, std::vector<JointBlo
     block.geometry = joint.geometry;
     block.a = joint_body(world, joint.body_a, block.geometry.anchor_a_A, block.geometry.frame_A);
     block.b = joint_body(world, joint.body_b, block.geometry.anchor_b_B, block.geometry.frame_B);
-    block.warm_position = joint.warm_position.head<N>();
-    block.warm_velocity = joint.warm_velocity.head<N>();
-    block.position_impulse.setZero();
+    block.warm_first = joint.warm_first.head<N>();
+    block.warm_second = joint.warm_second.head<N>();
+    block.held_impulse.setZero();
     block.impulse.setZero();
     block.total.setZero();
     world.joint_sources[static_cast<int>(joint.type)].push_back({index});
@@ -85,8 +85,8 @@ void store_joints(WorldData& world, const std::vector<JointBlock<N>>& pool, Join
     const int k = static_cast<int>(type);
     for (int i = ranges.begin[k]; i < ranges.end[k]; ++i) {
         Joint& joint = world.joints[world.joint_sources[k][i]];
-        joint.warm_position.head<N>() = pool[i].warm_position;
-        joint.warm_velocity.head<N>() = pool[i].warm_velocity;
+        joint.warm_first.head<N>() = pool[i].warm_first;
+        joint.warm_second.head<N>() = pool[i].warm_second;
         joint.total.head<N>() = pool[i].total;
     }
 }

@@ -222,7 +222,7 @@ std::uint64_t World::hash() const {
                 for (int d = 0; d < 3; ++d) h.add(p.warm_friction[d]);
             }
     for (const Joint& j : world.joints)
-        for (int k = 0; j.alive && k < 6; ++k) h.add(j.warm_position[k]), h.add(j.warm_velocity[k]);
+        for (int k = 0; j.alive && k < 6; ++k) h.add(j.warm_first[k]), h.add(j.warm_second[k]);
     return h.value();
 }
 

@@ -73,8 +73,8 @@ struct Joint {
     std::uint32_t body_a = UINT32_MAX;  // UINT32_MAX: the world
     std::uint32_t body_b = UINT32_MAX;
     JointGeometry geometry;
-    VecN<6> warm_position = VecN<6>::Zero();  // what a substep's two solves start with
-    VecN<6> warm_velocity = VecN<6>::Zero();
+    VecN<6> warm_first = VecN<6>::Zero();  // what a substep's two solves start with
+    VecN<6> warm_second = VecN<6>::Zero();
     VecN<6> total = VecN<6>::Zero();  // of the last step
     std::uint32_t generation = 0;
     bool collide_connected = false;

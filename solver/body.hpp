@@ -33,6 +33,7 @@ struct BodyMotion {
 struct SolverBodies {
     std::vector<BodyVelocity> velocity;  // size n
     std::vector<BodyMotion> motion;      // size n
+    std::vector<BodyVelocity> push;      // size n, scratch: what the position solve adds to the velocities for the drift alone
     void clear() {
         velocity.clear();
         motion.clear();

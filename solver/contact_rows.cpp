@@ -8,51 +8,100 @@ namespace {
 
 constexpr Real kInfinity = std::numeric_limits<Real>::infinity();
 
-// Velocities of a block's two bodies, held in registers while its rows are visited.
+template <typename Function>
+void for_each_point(const ContactPool& pool, BlockRange range, Function f) {
+    for (int k = range.begin; k < range.end; ++k) {
+        const ContactBlock& block = pool.blocks[k];
+        for (int p = block.first; p < block.first + block.count; ++p) f(p);
+    }
+}
+
+// Velocities of a block's two bodies, held in registers while its rows are visited: the relative linear velocity (all that rows see of the
+// linear ones) and both angular ones.
 struct BlockVelocity {
-    Vec3 va, wa, vb, wb;
+    Vec3 dv, wa, wb;
 
     BlockVelocity(const ContactBlock& block, const SolverBodies& bodies)
-        : va(bodies.velocity[block.a].v), wa(bodies.velocity[block.a].w), vb(bodies.velocity[block.b].v), wb(bodies.velocity[block.b].w) {}
+        : dv(bodies.velocity[block.a].v - bodies.velocity[block.b].v), wa(bodies.velocity[block.a].w), wb(bodies.velocity[block.b].w) {}
 
     // G v of a row.
-    Real along(const Vec3& direction, const PointRow& row) const { return direction.dot(va - vb) + row.ang_a.dot(wa) - row.ang_b.dot(wb); }
+    Real along(const Vec3& direction, const PointRow& row) const { return direction.dot(dv) + row.ang_a.dot(wa) - row.ang_b.dot(wb); }
 
     // v += M⁻¹ Gᵀ λ.
     void apply(const ContactBlock& block, const Vec3& direction, const PointRow& row, Real lambda) {
-        va += (block.inv_mass_a * lambda) * direction;
+        dv += (block.inv_mass_sum * lambda) * direction;
         wa += lambda * row.iang_a;
-        vb -= (block.inv_mass_b * lambda) * direction;
         wb -= lambda * row.iang_b;
     }
 
     // Bodies that cannot move are shared between islands and stay untouched.
     void store(const ContactBlock& block, SolverBodies& bodies) const {
-        if (block.inv_mass_a > 0) bodies.velocity[block.a] = {va, wa};
-        if (block.inv_mass_b > 0) bodies.velocity[block.b] = {vb, wb};
+        const Vec3 change = dv - (bodies.velocity[block.a].v - bodies.velocity[block.b].v);
+        if (block.inv_mass_a > 0) {
+            bodies.velocity[block.a].v += block.share_a * change;
+            bodies.velocity[block.a].w = wa;
+        }
+        if (block.inv_mass_b > 0) {
+            bodies.velocity[block.b].v -= block.share_b * change;
+            bodies.velocity[block.b].w = wb;
+        }
+    }
+
+    // Moves the accumulated normal impulse λ towards G v = target, λ >= 0. Returns the change.
+    Real solve_normal(const ContactBlock& block, const NormalRow& row, Real& lambda, Real target) {
+        const Real next = std::max(lambda - row.mass * (along(block.n, row) - target), 0.0);
+        const Real delta = next - lambda;
+        lambda = next;
+        apply(block, block.n, row, delta);
+        return std::abs(delta);
     }
 };
 
-// Both friction rows of each point of a block, bounds from the accumulated normal impulses. Returns the largest velocity change.
-template <bool kMeasure>
+// The friction rows of each point of a block; bounds from the accumulated normal impulses. The two rows of a point are solved side by side:
+// each still sees its own velocity alone, so a sliding point's friction stays along its slip. Returns the largest change of an impulse.
 Real sweep_block_friction(ContactPool& pool, const ContactBlock& block, BlockVelocity& u) {
     Real change = 0;
     for (int i = 0; i < block.count; ++i) {
         PointImpulse& impulse = pool.impulse[block.first + i];
         const Real limit = block.mu * impulse.normal;
-        for (int k = 0; k < 2; ++k) {
-            const FrictionRow& row = pool.frictions[block.friction + 2 * i + k];
-            const Real old = impulse.friction[k];
-            impulse.friction[k] = std::clamp(old - row.mass * u.along(row.t, row), -limit, limit);
-            const Real delta = impulse.friction[k] - old;
-            u.apply(block, row.t, row, delta);
-            if constexpr (kMeasure) change = std::max(change, std::abs(delta) / row.mass);
-        }
+        if (limit == 0 && impulse.friction[0] == 0 && impulse.friction[1] == 0) continue;
+        const FrictionRow *row1 = &pool.frictions[block.friction + 2 * i], *row2 = row1 + 1;
+        const Real next1 = std::clamp(impulse.friction[0] - row1->mass * u.along(row1->t, *row1), -limit, limit);
+        const Real next2 = std::clamp(impulse.friction[1] - row2->mass * u.along(row2->t, *row2), -limit, limit);
+        const Real delta1 = next1 - impulse.friction[0], delta2 = next2 - impulse.friction[1];
+        impulse.friction[0] = next1;
+        impulse.friction[1] = next2;
+        u.apply(block, row1->t, *row1, delta1);
+        u.apply(block, row2->t, *row2, delta2);
+        change = std::max(change, std::max(std::abs(delta1), std::abs(delta2)));
     }
     return change;
 }
 
-// Adds the impulses that `normal_of` and `friction_share` take from the warm ones.
+// The relative normal velocity that takes a row to where it must be at the end of a drift of h.
+Real gap_target(const NormalRow& row, Real h, Real rate) {
+    const Real gap = row.separation + 0.5 * h * h * row.curvature - row.lift;
+    return gap > 0 || row.lift > 0 ? -gap / h : -rate * gap / h;
+}
+
+// One sweep over normal rows, targets from `target_of`, and over friction rows if `with_friction`.
+template <typename TargetOf>
+Real sweep(ContactPool& pool, BlockRange range, SolverBodies& bodies, bool with_friction, TargetOf target_of) {
+    Real change = 0;
+    for (int k = range.begin; k < range.end; ++k) {
+        const ContactBlock& block = pool.blocks[k];
+        BlockVelocity u(block, bodies);
+        Real delta = 0;
+        for (int i = block.first; i < block.first + block.count; ++i)
+            delta = std::max(delta, u.solve_normal(block, pool.normals[i], pool.impulse[i].normal, target_of(pool.normals[i])));
+        if (with_friction && block.friction >= 0) delta = std::max(delta, sweep_block_friction(pool, block, u));
+        u.store(block, bodies);
+        change = std::max(change, delta * block.max_inv_mass);
+    }
+    return change;
+}
+
+// Adds the normal impulses that `normal_of` takes from the warm ones, and `friction_share` of the friction.
 template <typename NormalOf>
 void warm_start(ContactPool& pool, BlockRange range, SolverBodies& bodies, Real friction_share, NormalOf normal_of) {
     for (int k = range.begin; k < range.end; ++k) {
@@ -63,9 +112,9 @@ void warm_start(ContactPool& pool, BlockRange range, SolverBodies& bodies, Real 
             const WarmImpulse& warm = pool.warm[p];
             PointImpulse& impulse = pool.impulse[p];
             const Real normal = normal_of(warm, impulse.normal);
+            if (normal != 0) u.apply(block, block.n, pool.normals[p], normal);
             impulse.normal += normal;
-            u.apply(block, block.n, pool.normals[p], normal);
-            if (block.friction < 0) continue;
+            if (block.friction < 0 || (warm.friction[0] == 0 && warm.friction[1] == 0)) continue;
             for (int j = 0; j < 2; ++j) {
                 const FrictionRow& row = pool.frictions[block.friction + 2 * i + j];
                 const Real friction = friction_share * warm.friction[j];
@@ -75,82 +124,6 @@ void warm_start(ContactPool& pool, BlockRange range, SolverBodies& bodies, Real 
         }
         u.store(block, bodies);
     }
-}
-
-template <bool kMeasure>
-Real positions(ContactPool& pool, BlockRange range, SolverBodies& bodies, Real h) {
-    const Real inv_h = 1 / h;
-    Real change = 0;
-    for (int k = range.begin; k < range.end; ++k) {
-        const ContactBlock& block = pool.blocks[k];
-        BlockVelocity u(block, bodies);
-        for (int i = block.first; i < block.first + block.count; ++i) {
-            const NormalRow& row = pool.normals[i];
-            Real& lambda = pool.impulse[i].normal;
-            const Real gap = row.separation + 0.5 * h * h * row.curvature - row.lift;
-            const Real velocity = u.along(block.n, row);
-            Real delta;
-            if (gap > 0 || row.lift > 0) {
-                delta = -row.mass * (velocity + gap * inv_h);
-            } else {
-                delta = -block.soft.mass_scale * row.mass * (velocity + block.soft.rate * gap * inv_h) - block.soft.impulse_scale * lambda;
-            }
-            const Real next = std::max(lambda + delta, 0.0);
-            delta = next - lambda;
-            lambda = next;
-            u.apply(block, block.n, row, delta);
-            if constexpr (kMeasure) change = std::max(change, std::abs(delta) / row.mass);
-        }
-        u.store(block, bodies);
-    }
-    return change;
-}
-
-template <bool kMeasure>
-Real velocities(ContactPool& pool, BlockRange range, SolverBodies& bodies) {
-    Real change = 0;
-    for (int k = range.begin; k < range.end; ++k) {
-        const ContactBlock& block = pool.blocks[k];
-        BlockVelocity u(block, bodies);
-        for (int i = block.first; i < block.first + block.count; ++i) {
-            const NormalRow& row = pool.normals[i];
-            Real& lambda = pool.impulse[i].normal;
-            // What has not arrived yet is not held: the total impulse returns to zero.
-            const Real target = !row.touching ? -kInfinity : row.lift > 0 ? row.bounce : 0.0;
-            const Real next = std::max(lambda - row.mass * (u.along(block.n, row) - target), 0.0);
-            const Real delta = next - lambda;
-            lambda = next;
-            u.apply(block, block.n, row, delta);
-            if constexpr (kMeasure) change = std::max(change, std::abs(delta) / row.mass);
-        }
-        if (block.friction >= 0) change = std::max(change, sweep_block_friction<kMeasure>(pool, block, u));
-        u.store(block, bodies);
-    }
-    return change;
-}
-
-template <bool kMeasure>
-Real target_velocity(ContactPool& pool, BlockRange range, SolverBodies& bodies, Real h, Real beta) {
-    const Real inv_h = 1 / h;
-    Real change = 0;
-    for (int k = range.begin; k < range.end; ++k) {
-        const ContactBlock& block = pool.blocks[k];
-        BlockVelocity u(block, bodies);
-        for (int i = block.first; i < block.first + block.count; ++i) {
-            const NormalRow& row = pool.normals[i];
-            Real& lambda = pool.impulse[i].normal;
-            const Real bias = row.separation > 0 ? -row.separation * inv_h : -beta * row.separation * inv_h;
-            const Real target = row.lift > 0 ? row.bounce : bias;
-            const Real next = std::max(lambda - row.mass * (u.along(block.n, row) - target), 0.0);
-            const Real delta = next - lambda;
-            lambda = next;
-            u.apply(block, block.n, row, delta);
-            if constexpr (kMeasure) change = std::max(change, std::abs(delta) / row.mass);
-        }
-        if (block.friction >= 0) change = std::max(change, sweep_block_friction<kMeasure>(pool, block, u));
-        u.store(block, bodies);
-    }
-    return change;
 }
 
 }  // namespace
@@ -181,6 +154,7 @@ void build_block(ContactPool& pool, ContactBlock& block, const SolverBodies& bod
     const BodyMotion& b = bodies.motion[block.b];
     block.built_turn_a = a.turned;
     block.built_turn_b = b.turned;
+    Real least_mass = kInfinity;
     if (block.frame == NormalFrame::kA) block.n = a.R * block.n_local;
     if (block.frame == NormalFrame::kB) block.n = b.R * block.n_local;
     const Vec3 n = block.n;
@@ -201,6 +175,7 @@ void build_block(ContactPool& pool, ContactBlock& block, const SolverBodies& bod
         NormalRow& row = pool.normals[block.first + i];
         static_cast<PointRow&>(row) = make_point_row(n, r_a, r_b, a, b);
         row.separation = separation;
+        least_mass = std::min(least_mass, row.mass);
         // Centripetal acceleration of the material core points; the face that owns n is taken as flat.
         row.curvature = 0;
         if (block.frame != NormalFrame::kA) row.curvature += n.dot(wa.cross(wa.cross(core_a)));
@@ -215,7 +190,9 @@ void build_block(ContactPool& pool, ContactBlock& block, const SolverBodies& bod
         static_cast<PointRow&>(friction[1]) = make_point_row(t2, r_a, r_b, a, b);
         friction[0].t = t1;
         friction[1].t = t2;
+        least_mass = std::min({least_mass, friction[0].mass, friction[1].mass});
     }
+    block.max_inv_mass = 1 / least_mass;
 }
 
 void advance_blocks(ContactPool& pool, BlockRange range, const SolverBodies& bodies, Real h, Real tolerance) {
@@ -228,10 +205,6 @@ void advance_blocks(ContactPool& pool, BlockRange range, const SolverBodies& bod
             const BlockVelocity u(block, bodies);
             for (int i = block.first; i < block.first + block.count; ++i)
                 pool.normals[i].separation += h * u.along(block.n, pool.normals[i]);
-        }
-        for (int i = block.first; i < block.first + block.count; ++i) {
-            pool.normals[i].position_impulse = pool.impulse[i].normal;
-            pool.normals[i].touching = pool.impulse[i].normal > 0 || pool.normals[i].separation <= 0;
         }
     }
 }
@@ -248,11 +221,11 @@ void scale_warm_start(ContactPool& pool, BlockRange range, Real scale) {
     }
 }
 
-void warm_start_positions(ContactPool& pool, BlockRange range, SolverBodies& bodies) {
+void warm_start_first(ContactPool& pool, BlockRange range, SolverBodies& bodies) {
     warm_start(pool, range, bodies, 0.5, [](const WarmImpulse& warm, Real) { return warm.position; });
 }
 
-void warm_start_velocities(ContactPool& pool, BlockRange range, SolverBodies& bodies) {
+void warm_start_second(ContactPool& pool, BlockRange range, SolverBodies& bodies) {
     warm_start(pool, range, bodies, 0.5, [](const WarmImpulse& warm, Real accumulated) { return std::max(warm.velocity, -accumulated); });
 }
 
@@ -260,34 +233,52 @@ void warm_start_all(ContactPool& pool, BlockRange range, SolverBodies& bodies) {
     warm_start(pool, range, bodies, 1, [](const WarmImpulse& warm, Real) { return warm.position + warm.velocity; });
 }
 
+void hold_contacts(ContactPool& pool, BlockRange range) {
+    for_each_point(pool, range, [&](int p) { pool.normals[p].held_impulse = pool.impulse[p].normal; });
+}
+
+void release_contacts(ContactPool& pool, BlockRange range) {
+    for_each_point(pool, range, [&](int p) {
+        NormalRow& row = pool.normals[p];
+        row.touching = pool.impulse[p].normal > 0 || row.separation <= 0;
+        pool.impulse[p].normal = row.held_impulse;
+    });
+}
+
 void close_contact_substep(ContactPool& pool, BlockRange range) {
-    for (int k = range.begin; k < range.end; ++k) {
-        const ContactBlock& block = pool.blocks[k];
-        for (int p = block.first; p < block.first + block.count; ++p) {
-            PointImpulse &impulse = pool.impulse[p], &total = pool.total[p];
-            WarmImpulse& warm = pool.warm[p];
-            warm.position = pool.normals[p].position_impulse;
-            warm.velocity = impulse.normal - warm.position;
-            total.normal += impulse.normal;
-            for (int j = 0; j < 2; ++j) {
-                warm.friction[j] = impulse.friction[j];
-                total.friction[j] += impulse.friction[j];
-            }
-            impulse = {};
+    for_each_point(pool, range, [&](int p) {
+        PointImpulse &impulse = pool.impulse[p], &total = pool.total[p];
+        WarmImpulse& warm = pool.warm[p];
+        warm.position = pool.normals[p].held_impulse;
+        warm.velocity = impulse.normal - warm.position;
+        total.normal += impulse.normal;
+        for (int j = 0; j < 2; ++j) {
+            warm.friction[j] = impulse.friction[j];
+            total.friction[j] += impulse.friction[j];
         }
-    }
+        impulse = {};
+    });
 }
 
-Real sweep_contact_positions(ContactPool& pool, BlockRange range, SolverBodies& bodies, Real h, bool measure) {
-    return measure ? positions<true>(pool, range, bodies, h) : positions<false>(pool, range, bodies, h);
+Real sweep_contact_gaps(ContactPool& pool, BlockRange range, SolverBodies& bodies, Real h) {
+    return sweep(pool, range, bodies, false, [h](const NormalRow& row) { return gap_target(row, h, 0); });
 }
 
-Real sweep_contact_velocities(ContactPool& pool, BlockRange range, SolverBodies& bodies, bool measure) {
-    return measure ? velocities<true>(pool, range, bodies) : velocities<false>(pool, range, bodies);
+void push_contacts(ContactPool& pool, BlockRange range, SolverBodies& bodies, Real h, Real rate) {
+    sweep(pool, range, bodies, false, [h, rate](const NormalRow& row) { return gap_target(row, h, rate); });
 }
 
-Real sweep_contact_target_velocity(ContactPool& pool, BlockRange range, SolverBodies& bodies, Real h, Real beta, bool measure) {
-    return measure ? target_velocity<true>(pool, range, bodies, h, beta) : target_velocity<false>(pool, range, bodies, h, beta);
+Real sweep_contact_velocities(ContactPool& pool, BlockRange range, SolverBodies& bodies) {
+    // What has not arrived yet is not held: its impulse returns to zero.
+    return sweep(pool, range, bodies, true, [](const NormalRow& row) {
+        return !row.touching ? -kInfinity : row.lift > 0 ? row.bounce : 0.0;
+    });
+}
+
+Real sweep_contact_target_velocity(ContactPool& pool, BlockRange range, SolverBodies& bodies, Real h, Real beta) {
+    return sweep(pool, range, bodies, true, [h, beta](const NormalRow& row) {
+        return row.lift > 0 ? row.bounce : row.separation > 0 ? -row.separation / h : -beta * row.separation / h;
+    });
 }
 
 void predict_bounces(ContactPool& pool, BlockRange range, const SolverBodies& bodies, Real h) {

@@ -9,7 +9,6 @@
 #pragma once
 
 #include "solver/body.hpp"
-#include "solver/softness.hpp"
 
 #include <cstdint>
 #include <vector>
@@ -29,12 +28,12 @@ struct PointRow {
 PointRow make_point_row(const Vec3& direction, const Vec3& r_a, const Vec3& r_b, const BodyMotion& a, const BodyMotion& b);
 
 struct NormalRow : PointRow {
-    Real separation = 0;        // [m], C at the current poses
-    Real curvature = 0;         // [m/s²], Ġ v: what the linear prediction of C misses is h²/2 of it
-    Real lift = 0;              // [m], separation wanted at the end of the drift (0 but for a bounce in it)
-    Real position_impulse = 0;  // [N s], λ at the end of the position solve
-    bool touching = true;       // at the end of the drift: penetrating, or held by the position solve
-    Real bounce = 0;            // [m/s], relative normal velocity wanted after the substep (0 but for a bounce)
+    Real separation = 0;    // [m], C at the current poses
+    Real curvature = 0;     // [m/s²], Ġ v: what the linear prediction of C misses is h²/2 of it
+    Real lift = 0;          // [m], separation wanted at the end of the drift (0 but for a bounce in it)
+    Real held_impulse = 0;  // [N s], λ at the end of the first solve
+    bool touching = true;   // at the end of the drift: penetrating, or held by the position solve
+    Real bounce = 0;        // [m/s], relative normal velocity wanted after the substep (0 but for a bounce)
 };
 
 struct FrictionRow : PointRow {
@@ -57,8 +56,8 @@ struct PointImpulse {
 
 // What a point starts the next substep with [N s]: each of the two solves from where it ended itself.
 struct WarmImpulse {
-    Real position = 0;  // normal, at the end of the position solve
-    Real velocity = 0;  // normal, what the velocity solve added to it (negative where it took a push-out back)
+    Real position = 0;  // normal, at the end of the first solve
+    Real velocity = 0;  // normal, what the second solve added to it (may be negative)
     Real friction[2] = {0, 0};
 };
 
@@ -78,7 +77,10 @@ struct ContactBlock {
     Real inv_mass_b = 0;
     Real mu = 0;
     Real restitution = 0;
-    Softness soft;
+    Real inv_mass_sum = 0;
+    Real share_a = 0;  // of a linear impulse's change of relative velocity: inv_mass_a / inv_mass_sum
+    Real share_b = 0;
+    Real max_inv_mass = 0;  // largest S of its rows: bounds how much a change of impulse changes velocities
     Real built_turn_a = 0;  // BodyMotion::turned of the bodies when the rows were built
     Real built_turn_b = 0;
 };
@@ -111,24 +113,33 @@ void advance_blocks(ContactPool& pool, BlockRange range, const SolverBodies& bod
 // Multiplies the warm impulses, when the length of the step has changed.
 void scale_warm_start(ContactPool& pool, BlockRange range, Real scale);
 
-// Starts a solve from the warm impulses: the position solve (half of the friction), the velocity solve (the other half), or the textbook's
-// one solve (all at once).
-void warm_start_positions(ContactPool& pool, BlockRange range, SolverBodies& bodies);
-void warm_start_velocities(ContactPool& pool, BlockRange range, SolverBodies& bodies);
+// Starts the first solve of a substep from its warm impulses (with half of the friction), the second one (the other half), or the
+// textbook's one solve (all at once).
+void warm_start_first(ContactPool& pool, BlockRange range, SolverBodies& bodies);
+void warm_start_second(ContactPool& pool, BlockRange range, SolverBodies& bodies);
 void warm_start_all(ContactPool& pool, BlockRange range, SolverBodies& bodies);
+
+// One Gauss-Seidel sweep over the normal rows of the first solve: over the drift of h no gap closes beyond zero (or its lift), and what
+// penetrates gets no deeper. Returns a bound of the largest velocity change of a row [m/s].
+Real sweep_contact_gaps(ContactPool& pool, BlockRange range, SolverBodies& bodies, Real h);
+
+// Notes where the first solve ended; the push that follows starts from there and leaves no trace in the impulses.
+void hold_contacts(ContactPool& pool, BlockRange range);
+
+// One sweep of the push: velocities that move each gap to zero and each penetration by `rate` of itself within h.
+void push_contacts(ContactPool& pool, BlockRange range, SolverBodies& bodies, Real h, Real rate);
+
+// After the drift: notes what touches, and sets the impulses back to where the first solve held them.
+void release_contacts(ContactPool& pool, BlockRange range);
+
+// One sweep over normal, then friction rows of the second solve: G v >= 0 (or a bounce) where it touches.
+Real sweep_contact_velocities(ContactPool& pool, BlockRange range, SolverBodies& bodies);
 
 // At the end of a substep: total += impulse, the warm impulses follow, impulse = 0.
 void close_contact_substep(ContactPool& pool, BlockRange range);
 
-// One Gauss-Seidel sweep over normal rows that moves positions: the mean velocity over h brings C to its lift (soft where penetrating).
-// With `measure`, returns the largest velocity change of a row [m/s]; else 0.
-Real sweep_contact_positions(ContactPool& pool, BlockRange range, SolverBodies& bodies, Real h, bool measure);
-
-// One sweep over normal, then friction rows that sets velocities: G v >= 0 (or a bounce) where it touches.
-Real sweep_contact_velocities(ContactPool& pool, BlockRange range, SolverBodies& bodies, bool measure);
-
 // One sweep of the textbook method: G v >= −beta C / h where C < 0 (Baumgarte 1972), then friction.
-Real sweep_contact_target_velocity(ContactPool& pool, BlockRange range, SolverBodies& bodies, Real h, Real beta, bool measure);
+Real sweep_contact_target_velocity(ContactPool& pool, BlockRange range, SolverBodies& bodies, Real h, Real beta);
 
 // Restitution: finds for each row of the range with e > 0 whether its gap closes within h (at τ, gap and relative velocity taken along the
 // parabola of the external accelerations) and sets lift and bounce to where that leads, so the error of a bounce does not depend on τ.

@@ -62,6 +62,31 @@ void warm_start(JointPool& pool, const JointRanges& ranges, SolverBodies& bodies
     });
 }
 
+// One sweep towards G v = −bias_of(joint). Returns the largest velocity error met.
+template <typename BiasOf>
+Real sweep(JointPool& pool, const JointRanges& ranges, SolverBodies& bodies, const Softness& soft, BiasOf bias_of) {
+    Real change = 0;
+    for_each_type(pool, ranges, [&](auto kind, auto& blocks, int begin, int end) {
+        constexpr int N = joint_rows(decltype(kind)::value);
+        for (int i = begin; i < end; ++i) {
+            JointBlock<N>& j = blocks[i];
+            const VecN<N> error = row_velocity<N>(j, bodies.velocity[j.a], bodies.velocity[j.b]) + bias_of(j);
+            const VecN<N> lambda = -soft.mass_scale * (j.inv_S * error) - soft.impulse_scale * j.impulse;
+            change = std::max(change, error.cwiseAbs().maxCoeff());
+            j.impulse += lambda;
+            apply_impulse<N>(j, lambda, bodies);
+        }
+    });
+    return change;
+}
+
+template <typename Function>
+void for_each_joint(JointPool& pool, const JointRanges& ranges, Function f) {
+    for_each_type(pool, ranges, [&](auto, auto& blocks, int begin, int end) {
+        for (int i = begin; i < end; ++i) f(blocks[i]);
+    });
+}
+
 // Where a body's present velocity leads within h.
 JointPose predicted_pose(const BodyMotion& m, const BodyVelocity& u, Real h) {
     return {m.x + h * u.v, exp_rotation(h * u.w).toRotationMatrix() * m.R};
@@ -131,81 +156,51 @@ void bias_joints(JointPool& pool, const JointRanges& ranges, const SolverBodies&
 void bias_joints_baumgarte(JointPool& pool, const JointRanges& ranges, const SolverBodies& bodies, Real h, Real beta) {
     for_each_type(pool, ranges, [&](auto kind, auto& blocks, int begin, int end) {
         constexpr JointKind K = decltype(kind)::value;
-        constexpr int N = joint_rows(K);
         for (int i = begin; i < end; ++i) {
-            JointBlock<N>& j = blocks[i];
+            auto& j = blocks[i];
             j.bias = beta / h * joint_error<K>(j.geometry, pose_of(bodies.motion[j.a]), pose_of(bodies.motion[j.b]));
         }
     });
 }
 
 void scale_warm_start(JointPool& pool, const JointRanges& ranges, Real scale) {
-    for_each_type(pool, ranges, [&](auto, auto& blocks, int begin, int end) {
-        for (int i = begin; i < end; ++i) {
-            blocks[i].warm_position *= scale;
-            blocks[i].warm_velocity *= scale;
-        }
+    for_each_joint(pool, ranges, [&](auto& j) {
+        j.warm_first *= scale;
+        j.warm_second *= scale;
     });
 }
 
-void warm_start_positions(JointPool& pool, const JointRanges& ranges, SolverBodies& bodies) {
-    warm_start(pool, ranges, bodies, [](auto& j) { return j.warm_position; });
+void warm_start_first(JointPool& pool, const JointRanges& ranges, SolverBodies& bodies) {
+    warm_start(pool, ranges, bodies, [](const auto& j) { return j.warm_first; });
 }
 
-void warm_start_velocities(JointPool& pool, const JointRanges& ranges, SolverBodies& bodies) {
-    warm_start(pool, ranges, bodies, [](auto& j) {
-        j.position_impulse = j.impulse;
-        return j.warm_velocity;
-    });
+void warm_start_second(JointPool& pool, const JointRanges& ranges, SolverBodies& bodies) {
+    warm_start(pool, ranges, bodies, [](const auto& j) { return j.warm_second; });
 }
 
 void warm_start_all(JointPool& pool, const JointRanges& ranges, SolverBodies& bodies) {
-    warm_start(pool, ranges, bodies, [](auto& j) {
-        j.position_impulse.setZero();
-        return j.warm_velocity;
-    });
+    warm_start(pool, ranges, bodies, [](const auto& j) { return (j.warm_first + j.warm_second).eval(); });
 }
 
-Real sweep_joint_positions(JointPool& pool, const JointRanges& ranges, SolverBodies& bodies, const Softness& soft, bool measure) {
-    Real change = 0;
-    for_each_type(pool, ranges, [&](auto kind, auto& blocks, int begin, int end) {
-        constexpr int N = joint_rows(decltype(kind)::value);
-        for (int i = begin; i < end; ++i) {
-            JointBlock<N>& j = blocks[i];
-            const VecN<N> error = row_velocity<N>(j, bodies.velocity[j.a], bodies.velocity[j.b]) + j.bias;
-            if (measure) change = std::max(change, error.cwiseAbs().maxCoeff());
-            const VecN<N> lambda = -soft.mass_scale * (j.inv_S * error) - soft.impulse_scale * j.impulse;
-            j.impulse += lambda;
-            apply_impulse<N>(j, lambda, bodies);
-        }
-    });
-    return change;
+Real sweep_joint_positions(JointPool& pool, const JointRanges& ranges, SolverBodies& bodies, const Softness& soft) {
+    return sweep(
+        pool, ranges, bodies, soft, [](const auto& j) -> const auto& { return j.bias; });
 }
 
-Real sweep_joint_velocities(JointPool& pool, const JointRanges& ranges, SolverBodies& bodies, bool measure) {
-    Real change = 0;
-    for_each_type(pool, ranges, [&](auto kind, auto& blocks, int begin, int end) {
-        constexpr int N = joint_rows(decltype(kind)::value);
-        for (int i = begin; i < end; ++i) {
-            JointBlock<N>& j = blocks[i];
-            const VecN<N> error = row_velocity<N>(j, bodies.velocity[j.a], bodies.velocity[j.b]);
-            if (measure) change = std::max(change, error.cwiseAbs().maxCoeff());
-            const VecN<N> lambda = -(j.inv_S * error);
-            j.impulse += lambda;
-            apply_impulse<N>(j, lambda, bodies);
-        }
-    });
-    return change;
+void hold_joints(JointPool& pool, const JointRanges& ranges) {
+    for_each_joint(pool, ranges, [](auto& j) { j.held_impulse = j.impulse; });
+}
+
+Real sweep_joint_velocities(JointPool& pool, const JointRanges& ranges, SolverBodies& bodies) {
+    return sweep(pool, ranges, bodies, {}, [](const auto& j) { return std::decay_t<decltype(j.bias)>::Zero(); });
 }
 
 void close_joint_substep(JointPool& pool, const JointRanges& ranges) {
-    for_each_type(pool, ranges, [&](auto, auto& blocks, int begin, int end) {
-        for (int i = begin; i < end; ++i) {
-            blocks[i].total += blocks[i].impulse;
-            blocks[i].warm_position = blocks[i].position_impulse;
-            blocks[i].warm_velocity = blocks[i].impulse - blocks[i].position_impulse;
-            blocks[i].impulse.setZero();
-        }
+    for_each_joint(pool, ranges, [](auto& j) {
+        j.total += j.impulse;
+        j.warm_first = j.held_impulse;
+        j.warm_second = j.impulse - j.held_impulse;
+        j.impulse.setZero();
     });
 }
 

@@ -62,10 +62,10 @@ struct JointBlock {
     Jacobian<N> G_a, G_b;
     Eigen::Matrix<Real, 6, N> W_a, W_b;  // M⁻¹ Gᵀ
     Eigen::Matrix<Real, N, N> inv_S;     // (G M⁻¹ Gᵀ)⁻¹
-    VecN<N> bias;                        // target: G v = −bias
-    VecN<N> warm_position;               // impulses that the two solves of a substep start from [N s, N m s]: where they ended
-    VecN<N> warm_velocity;               // (what the velocity solve added)
-    VecN<N> position_impulse;            // at the end of the position solve
+    VecN<N> bias;                        // target of the first solve: G v = −bias
+    VecN<N> warm_first;                  // impulses that the two solves of a substep start from [N s, N m s]: where they ended
+    VecN<N> warm_second;                 // (what the second solve added)
+    VecN<N> held_impulse;                // at the end of the first solve
     VecN<N> impulse;                     // unknowns of the running substep
     VecN<N> total;                       // summed over the substeps
 };
@@ -91,27 +91,30 @@ struct JointRanges {
 // Rebuilds G, M⁻¹Gᵀ and S⁻¹ at the current poses.
 void build_joints(JointPool& pool, const JointRanges& ranges, const SolverBodies& bodies);
 
-// Sets the bias so that a solve moves C to (1 − rate) times what it is along the present velocities over h, where C is evaluated at the
-// pose that they lead to (the first step of SHAKE's iteration, Ryckaert et al. 1977): so the joint is met at the end of the drift, not its
-// linearisation. rate 0 gives bias 0.
+// Sets the bias of the first solve so that it moves C to (1 − rate) times what the present velocities would make of it within h: C is
+// evaluated at the pose that they lead to (the first step of SHAKE's iteration, Ryckaert et al. 1977), so it is the joint that is met at
+// the end of the drift, not its linearisation.
 void bias_joints(JointPool& pool, const JointRanges& ranges, const SolverBodies& bodies, Real h, Real rate);
 
 // Bias of the textbook method: beta C / h at the present pose.
 void bias_joints_baumgarte(JointPool& pool, const JointRanges& ranges, const SolverBodies& bodies, Real h, Real beta);
 
+// Multiplies the warm impulses, when the length of the step has changed.
 void scale_warm_start(JointPool& pool, const JointRanges& ranges, Real scale);
 
-// Starts the position solve, the velocity solve, or the textbook's one solve from the warm impulses.
-void warm_start_positions(JointPool& pool, const JointRanges& ranges, SolverBodies& bodies);
-void warm_start_velocities(JointPool& pool, const JointRanges& ranges, SolverBodies& bodies);
+// Starts the first solve, the second, or the textbook's one solve from the warm impulses.
+void warm_start_first(JointPool& pool, const JointRanges& ranges, SolverBodies& bodies);
+void warm_start_second(JointPool& pool, const JointRanges& ranges, SolverBodies& bodies);
 void warm_start_all(JointPool& pool, const JointRanges& ranges, SolverBodies& bodies);
 
-// One Gauss-Seidel sweep over the joints towards G v = −bias, as soft as `soft` says. With `measure`, returns the largest velocity error
-// met.
-Real sweep_joint_positions(JointPool& pool, const JointRanges& ranges, SolverBodies& bodies, const Softness& soft, bool measure);
+// One Gauss-Seidel sweep towards G v = −bias, as soft as `soft` says (first solve). Returns the largest velocity error that it met.
+Real sweep_joint_positions(JointPool& pool, const JointRanges& ranges, SolverBodies& bodies, const Softness& soft);
 
-// One Gauss-Seidel sweep over the joints towards G v = 0.
-Real sweep_joint_velocities(JointPool& pool, const JointRanges& ranges, SolverBodies& bodies, bool measure);
+// Notes where the first solve ended.
+void hold_joints(JointPool& pool, const JointRanges& ranges);
+
+// One Gauss-Seidel sweep towards G v = 0 (second solve).
+Real sweep_joint_velocities(JointPool& pool, const JointRanges& ranges, SolverBodies& bodies);
 
 // At the end of a substep: total += impulse, the warm impulses follow, impulse = 0.
 void close_joint_substep(JointPool& pool, const JointRanges& ranges);

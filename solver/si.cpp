@@ -15,7 +15,7 @@ struct Context {
     Real h;
     bool has_contacts;
     bool has_joints;
-    bool measure;
+    Softness joint_soft;
     SiReport report;
 };
 
@@ -33,12 +33,8 @@ void iterate(Context& c, JointSweep joint_sweep, ContactSweep contact_sweep) {
             ++c.report.contact_sweeps;
         }
         c.report.residual = residual;
-        if (c.measure && residual <= c.settings.residual_tolerance) return;
+        if (residual <= c.settings.residual_tolerance) return;
     }
-}
-
-void kick_half(Context& c) {
-    kick(c.bodies, c.island.body_begin, c.island.dynamic_end, 0.5 * c.h);
 }
 
 void move_bodies(Context& c) {
@@ -51,32 +47,58 @@ void close_substep(Context& c) {
     if (c.has_contacts) close_contact_substep(c.contacts, c.island.contacts);
 }
 
-// A joint alone is solved by one sweep and may be rigid; joints that have to agree with others by sweeps may not.
-Softness joint_softness(const Context& c) {
-    if (!c.has_contacts && c.island.joints.count() == 1) return {};
-    return make_softness(c.settings.joint_h_omega, c.settings.joint_damping);
+// Kick, then velocities that the drift may use without any error growing.
+void first_solve(Context& c) {
+    kick(c.bodies, c.island.body_begin, c.island.dynamic_end, 0.5 * c.h);
+    if (c.has_joints) {
+        warm_start_first(c.joints, c.island.joints, c.bodies);
+        bias_joints(c.joints, c.island.joints, c.bodies, c.h, c.joint_soft.rate);
+    }
+    if (c.has_contacts) warm_start_first(c.contacts, c.island.contacts, c.bodies);
+    iterate(
+        c, [&] { return sweep_joint_positions(c.joints, c.island.joints, c.bodies, c.joint_soft); },
+        [&] { return sweep_contact_gaps(c.contacts, c.island.contacts, c.bodies, c.h); });
 }
 
-void substep_soft(Context& c) {
-    const BlockRange range = c.island.contacts;
-    if (c.island.has_bounce) predict_bounces(c.contacts, range, c.bodies, c.h);
-    kick_half(c);
-    if (c.has_joints) warm_start_positions(c.joints, c.island.joints, c.bodies);
-    if (c.has_contacts) warm_start_positions(c.contacts, range, c.bodies);
-    const Softness joint_soft = joint_softness(c);
-    if (c.has_joints) bias_joints(c.joints, c.island.joints, c.bodies, c.h, joint_soft.rate);
-    iterate(
-        c, [&] { return sweep_joint_positions(c.joints, c.island.joints, c.bodies, joint_soft, c.measure); },
-        [&] { return sweep_contact_positions(c.contacts, range, c.bodies, c.h, c.measure); });
+// Drift with the push on top of the velocities; the velocities are then as before, turned with the bodies.
+void pushed_drift(Context& c) {
+    const int begin = c.island.body_begin, end = c.island.dynamic_end;
+    for (int i = begin; i < end; ++i) c.bodies.push[i] = c.bodies.velocity[i];
+    if (c.has_joints) hold_joints(c.joints, c.island.joints);
+    if (c.has_contacts) {
+        hold_contacts(c.contacts, c.island.contacts);
+        push_contacts(c.contacts, c.island.contacts, c.bodies, c.h, c.settings.contact_push);
+    }
+    for (int i = begin; i < end; ++i) {
+        BodyVelocity &push = c.bodies.push[i], &u = c.bodies.velocity[i];
+        push = {u.v - push.v, u.w - push.w};
+    }
     move_bodies(c);
     if (c.has_joints) build_joints(c.joints, c.island.joints, c.bodies);
-    if (c.has_contacts) advance_blocks(c.contacts, range, c.bodies, c.h, c.settings.rebuild_angle);
-    kick_half(c);
-    if (c.has_joints) warm_start_velocities(c.joints, c.island.joints, c.bodies);
-    if (c.has_contacts) warm_start_velocities(c.contacts, range, c.bodies);
+    if (c.has_contacts) {
+        advance_blocks(c.contacts, c.island.contacts, c.bodies, c.h, c.settings.rebuild_angle);
+        release_contacts(c.contacts, c.island.contacts);
+    }
+    for (int i = begin; i < end; ++i) {
+        c.bodies.velocity[i].v -= c.bodies.push[i].v;
+        c.bodies.velocity[i].w -= c.bodies.push[i].w;
+    }
+}
+
+void second_solve(Context& c) {
+    kick(c.bodies, c.island.body_begin, c.island.dynamic_end, 0.5 * c.h);
+    if (c.has_joints) warm_start_second(c.joints, c.island.joints, c.bodies);
+    if (c.has_contacts) warm_start_second(c.contacts, c.island.contacts, c.bodies);
     iterate(
-        c, [&] { return sweep_joint_velocities(c.joints, c.island.joints, c.bodies, c.measure); },
-        [&] { return sweep_contact_velocities(c.contacts, range, c.bodies, c.measure); });
+        c, [&] { return sweep_joint_velocities(c.joints, c.island.joints, c.bodies); },
+        [&] { return sweep_contact_velocities(c.contacts, c.island.contacts, c.bodies); });
+}
+
+void substep_split(Context& c) {
+    if (c.island.has_bounce) predict_bounces(c.contacts, c.island.contacts, c.bodies, c.h);
+    first_solve(c);
+    pushed_drift(c);
+    second_solve(c);
     close_substep(c);
 }
 
@@ -92,8 +114,8 @@ void substep_target_velocity(Context& c) {
     }
     if (c.has_contacts) warm_start_all(c.contacts, range, c.bodies);
     iterate(
-        c, [&] { return sweep_joint_positions(c.joints, c.island.joints, c.bodies, Softness{}, c.measure); },
-        [&] { return sweep_contact_target_velocity(c.contacts, range, c.bodies, c.h, beta, c.measure); });
+        c, [&] { return sweep_joint_positions(c.joints, c.island.joints, c.bodies, {}); },
+        [&] { return sweep_contact_target_velocity(c.contacts, range, c.bodies, c.h, beta); });
     move_bodies(c);
     if (c.has_joints) build_joints(c.joints, c.island.joints, c.bodies);
     if (c.has_contacts) advance_blocks(c.contacts, range, c.bodies, c.h, c.settings.rebuild_angle);
@@ -117,11 +139,16 @@ SiReport solve_island_si(SolverBodies& bodies, ContactPool& contacts, JointPool&
               island,
               settings,
               dt / settings.substeps,
-              island.contacts.begin<island.contacts.end, !island.joints.empty(), settings.residual_tolerance> 0,
+              island.contacts.begin < island.contacts.end,
+              !island.joints.empty(),
+              make_softness(settings.joint_h_omega, settings.joint_damping),
               {}};
+    // A joint alone is solved by one sweep and may be rigid; joints that have to agree with others by sweeps may not.
+    if (!c.has_contacts && island.joints.count() == 1) c.joint_soft = {};
+    bodies.push.resize(bodies.velocity.size());
     for (int k = 0; k < settings.substeps; ++k) {
-        if (settings.stabilisation == SiStabilisation::kSoft) {
-            substep_soft(c);
+        if (settings.stabilisation == SiStabilisation::kSplit) {
+            substep_split(c);
         } else {
             substep_target_velocity(c);
         }

@@ -1,12 +1,13 @@
 // Sequential impulses (Catto 2005; projected Gauss-Seidel with accumulated, clamped impulses), in substeps.
 //
-// The default, kSoft, is a substep of the RATTLE form (Andersen 1983) with unilateral rows, h = dt / substeps:
-//     kick h/2 with the external forces and half of the last substep's impulses
-//     position solve: the velocity v½ that the drift will use brings C to zero at the end of it (soft where penetrating)
+// The default, kSplit, is a substep of the RATTLE form (Andersen 1983) with unilateral rows, h = dt / substeps:
+//     kick h/2 with the external forces and the impulses that this solve ended with in the last substep
+//     first solve: velocities for which no gap closes beyond zero over the drift; joints are brought back, softly
+//     push: on top of them, for the drift alone, velocities that take penetrations back (split impulses)
 //     drift h
 //     kick h/2 likewise, on the rows at the new poses
-//     velocity solve: G v = 0 (or a bounce), friction; λ >= 0 holds for the sum of both halves
-// Where both solves converge it is of 2nd order, exact under constant forces, and a push-out leaves no velocity behind.
+//     second solve: G v = 0 (or a bounce), friction; λ >= 0 holds for the sum of both solves
+// Where the solves converge it is of 2nd order and exact under constant forces; a push leaves no velocity and no warm impulse behind.
 #pragma once
 
 #include "solver/contact_rows.hpp"
@@ -14,13 +15,14 @@
 
 namespace cairn {
 
-enum class SiStabilisation : std::uint8_t { kSoft, kTargetVelocity, kNone };
+enum class SiStabilisation : std::uint8_t { kSplit, kTargetVelocity, kNone };
 
 struct SiSettings {
     int substeps = 4;
     int iterations = 4;              // most sweeps of a solve
     Real residual_tolerance = 1e-3;  // [m/s]; 0: always `iterations` sweeps
-    SiStabilisation stabilisation = SiStabilisation::kSoft;
+    SiStabilisation stabilisation = SiStabilisation::kSplit;
+    Real contact_push = 0.1;              // share of a penetration that a substep takes back
     Real joint_h_omega = 2 * kPi * 0.25;  // soft joints: 2π f h
     Real joint_damping = 0.5;             // ζ
     Real baumgarte = 0.2;                 // β of kTargetVelocity

@@ -7,7 +7,7 @@
 
 namespace cairn {
 
-// Target velocity of a row: −rate C / h; impulse step: Δλ = −mass_scale m (Jv + rate C / h) − impulse_scale λ.
+// Target velocity of a row: −rate C / h; impulse step: Δλ = −mass_scale (Jv + rate C / h) / S − impulse_scale λ. The default is rigid.
 struct Softness {
     Real rate = 1;
     Real mass_scale = 1;
@@ -18,13 +18,6 @@ inline Softness make_softness(Real h_omega, Real damping_ratio) {
     const Real a1 = 2 * damping_ratio + h_omega;
     const Real a2 = h_omega * a1;
     return {h_omega / a1, a2 / (1 + a2), 1 / (1 + a2)};
-}
-
-// Contacts: f = 0.25 / h, ζ = 5 (measured: docs/solvers.md); against what cannot move twice as stiff and half as damped, as there is no
-// partner to pass the error on to.
-inline Softness contact_softness(bool fixed_partner) {
-    constexpr Real h_omega = 2 * kPi * 0.25, damping_ratio = 5;
-    return fixed_partner ? make_softness(2 * h_omega, 0.5 * damping_ratio) : make_softness(h_omega, damping_ratio);
 }
 
 }  // namespace cairn

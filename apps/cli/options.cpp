@@ -19,7 +19,7 @@ struct NamedStabilisation {
     Stabilisation value;
 };
 constexpr NamedStabilisation kStabilisations[] = {
-    {"soft", Stabilisation::kSoft}, {"target-velocity", Stabilisation::kTargetVelocity}, {"none", Stabilisation::kNone}};
+    {"split", Stabilisation::kSplit}, {"target-velocity", Stabilisation::kTargetVelocity}, {"none", Stabilisation::kNone}};
 
 // The whole text as a number; false if it is not one.
 bool whole_number(std::string_view text, Real& out) {
@@ -55,7 +55,7 @@ void add_run_options(CLI::App& command, RunArguments& a) {
     command.add_option("--solver", a.solver, "Solver: si (sequential impulses)")->capture_default_str();
     command.add_option(
         "--stabilisation", a.stabilisation,
-        with_default("How position errors are worked off: soft, target-velocity or none", stabilisation_name(defaults.stabilisation)));
+        with_default("How position errors are worked off: split, target-velocity or none", stabilisation_name(defaults.stabilisation)));
     command.add_option("--residual-tolerance", a.residual_tolerance,
                        with_default("A solve stops early once no row changes a velocity by more [m/s]", defaults.residual_tolerance));
 }
@@ -86,7 +86,7 @@ RunOptions run_options(const RunArguments& a) {
     for (const NamedStabilisation& s : kStabilisations) {
         if (a.stabilisation == s.name) options.stabilisation = s.value;
     }
-    if (!options.stabilisation) throw_invalid("--stabilisation", a.stabilisation, "one of soft, target-velocity, none");
+    if (!options.stabilisation) throw_invalid("--stabilisation", a.stabilisation, "one of split, target-velocity, none");
     return options;
 }
 
