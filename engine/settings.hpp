@@ -16,7 +16,7 @@ enum class Stabilisation : std::uint8_t { kSplit, kTargetVelocity, kNone };
 struct WorldSettings {
     Vec3 gravity{0, 0, -9.81};       // [m/s²]
     int substeps = 4;                // per step, >= 1
-    int iterations = 4;              // most sweeps per solve, >= 1
+    int iterations = 2;              // most sweeps per solve, >= 1
     Real residual_tolerance = 1e-3;  // [m/s]: a solve stops sweeping once no row changes its velocity by more; 0: always the maximum
     Stabilisation stabilisation = Stabilisation::kSplit;
     bool sleep = false;

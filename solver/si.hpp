@@ -19,7 +19,7 @@ enum class SiStabilisation : std::uint8_t { kSplit, kTargetVelocity, kNone };
 
 struct SiSettings {
     int substeps = 4;
-    int iterations = 4;              // most sweeps of a solve
+    int iterations = 2;              // most sweeps of a solve
     Real residual_tolerance = 1e-3;  // [m/s]; 0: always `iterations` sweeps
     SiStabilisation stabilisation = SiStabilisation::kSplit;
     Real contact_push = 0.1;              // share of a penetration that a substep takes back
