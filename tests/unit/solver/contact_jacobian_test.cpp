@@ -238,6 +238,17 @@ TEST_CASE("the curvature of a row is the second derivative of its separation whi
     CHECK(worst < 1e-6);
 }
 
+TEST_CASE("the body that owns the normal adds no curvature: its face is taken as flat") {
+    const NormalFrame frame = GENERATE(NormalFrame::kA, NormalFrame::kB);
+    Random random(18);
+    for (int i = 0; i < 100; ++i) {
+        PointContact contact(random, frame, false, 1);
+        contact.island.bodies.velocity[frame == NormalFrame::kA ? contact.block().b : contact.block().a].w.setZero();
+        build_block(contact.island.contacts, contact.island.contacts.blocks[0], contact.island.bodies);
+        CHECK(contact.island.contacts.normals[0].curvature == 0);
+    }
+}
+
 TEST_CASE("tangents stay where they were when rows are built again, but for what the normal's turn takes") {
     Random random(9);
     for (int i = 0; i < 100; ++i) {
