@@ -24,6 +24,22 @@ Real row_velocity(const Island& island, const ContactBlock& block, const Vec3& d
     return direction.dot(a.v - b.v) + row.ang_a.dot(a.w) - row.ang_b.dot(b.w);
 }
 
+// A ball at rest on the plane z = 0.
+constexpr Real kBallMass = 3;
+Island resting_ball() {
+    const Real radius = 0.5;
+    Island island;
+    BodyMotion motion =
+        make_body(kBallMass, make_rotor_inertia(Vec3::Constant(0.3), Quat::Identity()), Vec3(0.1, 0.2, radius), Quat::Identity());
+    motion.acceleration = Vec3(0, 0, -kGravity);
+    const int ball = island.add_body(motion, {});
+    PointGeometry point;
+    point.radius_a = radius;
+    point.core_b_B = Vec3(0.1, 0.2, 0);
+    island.add_contact(ball, kImmovable, Vec3::UnitZ(), NormalFrame::kWorld, {point}, 0.5);
+    return island;
+}
+
 // A body on up to three points over the plane z = 0, thrown at random; some points above the plane, some in it.
 Island thrown_body(Random& random, int points, Real mu) {
     Island island;
@@ -107,28 +123,32 @@ void check_joint_momentum() {
 TEST_CASE("a ball at rest on the ground is given its weight times the step, and stays") {
     const SiStabilisation stabilisation = GENERATE(SiStabilisation::kSplit, SiStabilisation::kTargetVelocity, SiStabilisation::kNone);
     CAPTURE(static_cast<int>(stabilisation));
-    const Real mass = 3, radius = 0.5, dt = 0.01;
-    Island island;
-    BodyMotion motion =
-        make_body(mass, make_rotor_inertia(Vec3::Constant(0.3), Quat::Identity()), Vec3(0.1, 0.2, radius), Quat::Identity());
-    motion.acceleration = Vec3(0, 0, -kGravity);
-    const int ball = island.add_body(motion, {});
-    PointGeometry point;
-    point.radius_a = radius;
-    point.core_b_B = Vec3(0.1, 0.2, 0);
-    island.add_contact(ball, kImmovable, Vec3::UnitZ(), NormalFrame::kWorld, {point}, 0.5);
+    const Real dt = 0.01;
+    Island island = resting_ball();
+    const int ball = 1;
+    const Vec3 start = island.bodies.motion[ball].x;
     SiSettings settings;
     settings.stabilisation = stabilisation;
     for (int k = 0; k < 100; ++k) {
         island.step(dt, settings);
         // One row is solved by one sweep: rounding of 0.3 N s, and of the positions that feed back through 1 / h.
-        CHECK(std::abs(island.contacts.total[0].normal - mass * kGravity * dt) < 1e-12);
+        CHECK(std::abs(island.contacts.total[0].normal - kBallMass * kGravity * dt) < 1e-12);
         CHECK(std::abs(island.contacts.total[0].friction[0]) < 1e-12);
         CHECK(std::abs(island.contacts.total[0].friction[1]) < 1e-12);
         CHECK(island.bodies.velocity[ball].v.norm() < 1e-12);
     }
-    CHECK((island.bodies.motion[ball].x - motion.x).norm() < 1e-13);
+    CHECK((island.bodies.motion[ball].x - start).norm() < 1e-13);
     CHECK(island.bodies.velocity[kImmovable].v.norm() == 0);
+}
+
+TEST_CASE("warm impulses solve a resting contact before the first sweep") {
+    const SiStabilisation stabilisation = GENERATE(SiStabilisation::kSplit, SiStabilisation::kTargetVelocity);
+    CAPTURE(static_cast<int>(stabilisation));
+    Island island = resting_ball();
+    SiSettings settings = thorough(1);
+    settings.stabilisation = stabilisation;
+    CHECK(island.step(0.01, settings).residual > 0.01);  // cold: g h / 2 is missing in the last solve
+    for (int k = 0; k < 3; ++k) CHECK(island.step(0.01, settings).residual < 1e-12);
 }
 
 // Spherical inertia: the angular velocity of a free body stays as it is, so what the push adds can be taken away to rounding.
@@ -321,11 +341,9 @@ TEST_CASE("what hangs from the world by a ball joint pulls on it with its weight
     JointGeometry geometry;
     geometry.anchor_a_A = motion.R.transpose() * Vec3(0, 0, 1);
     add_joint<JointKind::kBall>(island, body, kImmovable, geometry);
-    Vec3 sum = Vec3::Zero();
     for (int k = 0; k < 10; ++k) {
         island.joints.ball[0].total.setZero();
         island.step(dt, SiSettings{});
-        sum += island.joints.ball[0].total;
         CHECK((island.joints.ball[0].total - Vec3(0, 0, mass * kGravity * dt)).norm() < 1e-12);
     }
     CHECK((island.bodies.motion[body].x - Vec3(0, 0, -1)).norm() < 1e-13);
