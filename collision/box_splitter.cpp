@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <utility>
 
 namespace cairn {
@@ -47,7 +48,7 @@ int* BoxSplitter::split(int* first, int* last, int depth) const {
     }
     int axis = 0;
     (hi - lo).maxCoeff(&axis);
-    if (depth < kMaxAreaDepth && hi[axis] > lo[axis]) {
+    if (depth < kMaxAreaDepth && hi[axis] > lo[axis] && std::isfinite(hi[axis] - lo[axis])) {
         int* const middle = split_by_area(first, last, axis, lo[axis], hi[axis]);
         if (middle != first && middle != last) return middle;
     }

@@ -44,7 +44,7 @@ struct BodyDef {
     std::optional<Vec3> inertia;
     std::vector<Shape> shapes;
     Real friction = 0.5;               // Coulomb coefficient μ, >= 0; a pair has sqrt(μ_a μ_b)
-    Real restitution = 0;              // e in [0, 1]; a pair has the larger
+    Real restitution = 0;              // e >= 0 (over 1 a bounce adds energy); a pair has the larger
     Real torsional_friction = 0;       // [m], >= 0
     Real rolling_friction = 0;         // [m], >= 0
     Vec3 force = Vec3::Zero();         // [N], constant, world, at the centre of mass

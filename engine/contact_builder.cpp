@@ -30,19 +30,27 @@ Vec3 tangent_direction(const Vec3& slip, const Vec3& pull, Real pull_scale, cons
     return previous;
 }
 
-struct PointMotion {
-    Vec3 slip, pull;
-    Real pull_scale;
+// What the tangents of a manifold's points have in common: the change of relative velocity over the step by external forces, tangential,
+// and the scale against which a slip is slow.
+struct Pull {
+    Vec3 tangential;
+    Real scale;
 };
 
-PointMotion tangential_motion(const SolverBodies& bodies, const ContactBlock& block, const Vec3& point, Real dt) {
-    const auto velocity = [&](int i) -> Vec3 { return bodies.velocity[i].v + bodies.velocity[i].w.cross(point - bodies.motion[i].x); };
+Pull external_pull(const SolverBodies& bodies, const ContactBlock& block, Real dt) {
     const auto acceleration = [&](int i) -> Vec3 {
-        return bodies.motion[i].acceleration + (bodies.motion[i].inv_inertia_W * bodies.motion[i].torque).cross(point - bodies.motion[i].x);
+        return bodies.motion[i].inv_mass > 0 ? bodies.motion[i].acceleration : Vec3(Vec3::Zero());
     };
-    const Vec3 v = velocity(block.a) - velocity(block.b), a = dt * (acceleration(block.a) - acceleration(block.b));
-    const Real scale = std::max(acceleration(block.a).norm(), acceleration(block.b).norm()) * dt;
-    return {v - block.n * block.n.dot(v), a - block.n * block.n.dot(a), scale};
+    const Vec3 a = acceleration(block.a), b = acceleration(block.b), pull = dt * (a - b);
+    return {pull - block.n * block.n.dot(pull), dt * std::sqrt(std::max(a.squaredNorm(), b.squaredNorm()))};
+}
+
+Vec3 slip_velocity(const SolverBodies& bodies, const ContactBlock& block, const Vec3& point) {
+    const auto velocity = [&](int i) -> Vec3 { return bodies.velocity[i].v + bodies.velocity[i].w.cross(point - bodies.motion[i].x); };
+    const Vec3 v = block.b == kImmovable   ? velocity(block.a)
+                   : block.a == kImmovable ? Vec3(-velocity(block.b))
+                                           : Vec3(velocity(block.a) - velocity(block.b));
+    return v - block.n * block.n.dot(v);
 }
 
 void build_manifold(WorldData& world, Real dt, const Contact& c, CachedManifold& m, const SolverBody& a, const SolverBody& b,
@@ -51,7 +59,8 @@ void build_manifold(WorldData& world, Real dt, const Contact& c, CachedManifold&
     ContactBlock block;
     block.a = a.index;
     block.b = b.index;
-    block.first = static_cast<int>(pool.normals.size());
+    block.first = static_cast<int>(pool.point_count);
+    pool.point_count += m.count;
     block.count = m.count;
     block.n = m.n;
     block.frame = m.owner == NormalOwner::kA ? NormalFrame::kA : m.owner == NormalOwner::kB ? NormalFrame::kB : NormalFrame::kWorld;
@@ -67,23 +76,19 @@ void build_manifold(WorldData& world, Real dt, const Contact& c, CachedManifold&
     block.share_a = block.inv_mass_a / block.inv_mass_sum;
     block.share_b = block.inv_mass_b / block.inv_mass_sum;
     if (c.mu > 0) {
-        block.friction = static_cast<int>(pool.frictions.size());
-        pool.frictions.resize(pool.frictions.size() + 2 * m.count);
+        block.friction = static_cast<int>(pool.friction_count);
+        pool.friction_count += 2 * m.count;
     }
-    const std::size_t points = pool.normals.size() + m.count;
-    pool.normals.resize(points);
-    pool.geometry.resize(points);
-    pool.warm.resize(points);
-    pool.impulse.resize(points);
-    pool.total.resize(points);
+    const Pull pull = external_pull(world.solver_bodies, block, dt);
     const Transform X_WA(world.solver_bodies.motion[a.index].R, world.solver_bodies.motion[a.index].x);
     for (int i = 0; i < m.count; ++i) {
         const CachedPoint& p = m.points[i];
         const PointGeometry g{a.X_SB * p.core_a_A, b.X_SB * p.core_b_B, p.radius_a, p.radius_b};
         pool.geometry[block.first + i] = g;
+        pool.normals[block.first + i] = {};
         if (block.friction < 0) continue;
-        const PointMotion motion = tangential_motion(world.solver_bodies, block, X_WA * g.core_a_A - g.radius_a * m.n, dt);
-        pool.frictions[block.friction + 2 * i].t = tangent_direction(motion.slip, motion.pull, motion.pull_scale, p.t1);
+        const Vec3 slip = slip_velocity(world.solver_bodies, block, X_WA * g.core_a_A - g.radius_a * m.n);
+        pool.frictions[block.friction + 2 * i].t = tangent_direction(slip, pull.tangential, pull.scale, p.t1);
     }
     build_block(pool, block, world.solver_bodies);
     for (int i = 0; i < m.count; ++i) {
@@ -105,6 +110,15 @@ void build_manifold(WorldData& world, Real dt, const Contact& c, CachedManifold&
 }  // namespace
 
 void build_contact_blocks(WorldData& world, Real dt, const std::vector<std::uint32_t>& order, int begin, int end, SiIsland& island) {
+    std::size_t points = 0, frictions = 0;
+    for (int k = begin; k < end; ++k) {
+        const Contact& c = world.contacts.slots()[order[k]];
+        for (int i = 0; i < c.manifold_count; ++i) {
+            points += c.manifold(i).count;
+            if (c.mu > 0) frictions += 2 * c.manifold(i).count;
+        }
+    }
+    world.contact_pool.make_room(points, frictions);
     for (int k = begin; k < end; ++k) {
         Contact& c = world.contacts.slots()[order[k]];
         const SolverBody a = solver_body(world, c.body_a, island), b = solver_body(world, c.body_b, island);

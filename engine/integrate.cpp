@@ -29,15 +29,13 @@ void drive_kinematic_bodies(WorldData& world, Real dt) {
     }
 }
 
-void move_kinematic_bodies(WorldData& world, Real dt) {
-    for (std::size_t i = 0; i < world.bodies.size(); ++i) {
+void move_kinematic_bodies(WorldData& world, Real dt, StepReport& report) {
+    for (std::uint32_t i = 0; i < world.bodies.size(); ++i) {
         Body& body = world.bodies[i];
         if (body.type != BodyType::kKinematic || !body.alive || !body.enabled) continue;
-        body.X_WB.p += dt * body.v;
-        body.X_WB.q =
+        const Quat turned =
             world.info[i].motion ? motion_rotation(world.info[i], world.time + dt) : Quat(exp_rotation(dt * body.w) * body.X_WB.q);
-        body.X_WB.q.normalize();
-        body.R = body.X_WB.q.toRotationMatrix();
+        accept_state(world, i, {turned, body.X_WB.p + dt * body.v}, body.v, body.w, report);
     }
 }
 

@@ -17,7 +17,7 @@ struct WorldSettings {
     Vec3 gravity{0, 0, -9.81};       // [m/s²]
     int substeps = 4;                // per step, >= 1
     int iterations = 2;              // most sweeps per solve, >= 1
-    Real residual_tolerance = 1e-3;  // [m/s]: a solve stops sweeping once no row changes its velocity by more; 0: always the maximum
+    Real residual_tolerance = 1e-4;  // [m/s]: a solve stops sweeping once no row changes its velocity by more; 0: always the maximum
     Stabilisation stabilisation = Stabilisation::kSplit;
     bool sleep = false;
     int threads = 1;

@@ -210,8 +210,8 @@ void solve_islands(WorldData& world, Real dt, StepReport& report) {
         store_island(world, i, island, report);
         report.joint_rows += static_cast<std::uint32_t>(island.joints.rows());
     }
-    report.normal_rows = static_cast<std::uint32_t>(world.contact_pool.normals.size());
-    report.friction_rows = static_cast<std::uint32_t>(world.contact_pool.frictions.size());
+    report.normal_rows = static_cast<std::uint32_t>(world.contact_pool.point_count);
+    report.friction_rows = static_cast<std::uint32_t>(world.contact_pool.friction_count);
     report.contact_sweeps = solved.contact_sweeps;
     report.joint_sweeps = solved.joint_sweeps;
     report.rotor_calls += solved.rotor_calls;

@@ -21,7 +21,7 @@ StepReport World::step(Real dt) noexcept {
     build_islands(world, report);
     solve_islands(world, dt, report);
     move_free_bodies(world, dt, report);
-    move_kinematic_bodies(world, dt);
+    move_kinematic_bodies(world, dt, report);
     put_to_sleep(world, dt, report);
     world.time += dt;
     world.last_dt = dt;

@@ -82,7 +82,7 @@ BodyState World::state(BodyId id) const {
 
 void World::set_state(BodyId id, const BodyState& s) {
     Body& b = impl_->body(id);
-    if (!is_finite(s.position) || !is_finite(s.rotation) || !(s.rotation.norm() > 1e-6) || !is_finite(s.linear_velocity) ||
+    if (!is_finite(s.position) || !is_finite(s.rotation) || !is_normalisable(s.rotation.norm()) || !is_finite(s.linear_velocity) ||
         !is_finite(s.angular_velocity))
         throw Error("state of body \"" + name(id) + "\": must be finite, with a rotation that is not zero");
     for (std::uint32_t k = b.shape_begin; k < b.shape_begin + b.shape_count; ++k)

@@ -27,7 +27,7 @@ void check_motion(const std::string& who, const BodyDef& def) {
     if (!def.motion) return;
     const RotateSine& m = *def.motion;
     if (def.type != BodyType::kKinematic) throw Error(who + ".motion: only kinematic bodies have one");
-    if (!is_finite(m.axis) || !(m.axis.norm() > 0)) throw Error(who + ".motion.axis: must be finite and not zero");
+    if (!is_finite(m.axis) || !is_normalisable(m.axis.norm())) throw Error(who + ".motion.axis: must be finite and neither zero nor huge");
     if (!(std::isfinite(m.period) && m.period > 0)) throw_invalid(who + ".motion.period", m.period, "> 0");
     if (!std::isfinite(m.amplitude)) throw_invalid(who + ".motion.amplitude", m.amplitude, "finite");
     if (!std::isfinite(m.phase)) throw_invalid(who + ".motion.phase", m.phase, "finite");
@@ -40,8 +40,8 @@ void check_definition(const BodyDef& def) {
     require_finite(who + ".angular_velocity", def.angular_velocity);
     require_finite(who + ".force", def.force);
     require_finite(who + ".torque", def.torque);
-    if (!is_finite(def.rotation) || !(def.rotation.norm() > 1e-6))
-        throw Error(who + ".rotation: must be a finite quaternion that is not zero");
+    if (!is_finite(def.rotation) || !is_normalisable(def.rotation.norm()))
+        throw Error(who + ".rotation: must be a finite quaternion that is neither zero nor huge");
     require_at_least_zero(who + ".friction", def.friction);
     require_at_least_zero(who + ".restitution", def.restitution);
     require_at_least_zero(who + ".torsional_friction", def.torsional_friction);

@@ -136,7 +136,7 @@ void wake_touched(WorldData& world);
 void build_islands(WorldData& world, StepReport& report);
 void solve_islands(WorldData& world, Real dt, StepReport& report);
 void move_free_bodies(WorldData& world, Real dt, StepReport& report);
-void move_kinematic_bodies(WorldData& world, Real dt);
+void move_kinematic_bodies(WorldData& world, Real dt, StepReport& report);
 void put_to_sleep(WorldData& world, Real dt, StepReport& report);
 
 // Adds an island's own copy of a kinematic body; returns its index in solver_bodies.

@@ -27,7 +27,7 @@ void check_definition(const JointDef& def, const std::string& who) {
         if (!(length > 0)) throw_invalid(who + ": distance between the anchors", length, "> 0");
     }
     if (def.type == JointType::kHinge || def.type == JointType::kSlider)
-        if (!is_finite(def.axis) || !(def.axis.norm() > 1e-12)) throw Error(who + ".axis: must be finite and not zero");
+        if (!is_finite(def.axis) || !is_normalisable(def.axis.norm())) throw Error(who + ".axis: must be finite and neither zero nor huge");
 }
 
 template <JointKind K>

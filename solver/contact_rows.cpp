@@ -130,21 +130,34 @@ void warm_start(ContactPool& pool, BlockRange range, SolverBodies& bodies, Real 
 
 void ContactPool::clear() {
     blocks.clear();
-    normals.clear();
-    geometry.clear();
-    frictions.clear();
-    warm.clear();
-    impulse.clear();
-    total.clear();
+    point_count = friction_count = 0;
+}
+
+void ContactPool::make_room(std::size_t points, std::size_t friction_rows) {
+    const std::size_t p = point_count + points, f = friction_count + friction_rows;
+    if (p > normals.size()) {
+        normals.resize(p);
+        geometry.resize(p);
+        warm.resize(p);
+        impulse.resize(p);
+        total.resize(p);
+    }
+    if (f > frictions.size()) frictions.resize(f);
 }
 
 PointRow make_point_row(const Vec3& direction, const Vec3& r_a, const Vec3& r_b, const BodyMotion& a, const BodyMotion& b) {
     PointRow row;
+    Real s = a.inv_mass + b.inv_mass;
     row.ang_a = r_a.cross(direction);
     row.ang_b = r_b.cross(direction);
-    row.iang_a = a.inv_inertia_W * row.ang_a;
-    row.iang_b = b.inv_inertia_W * row.ang_b;
-    const Real s = a.inv_mass + b.inv_mass + row.ang_a.dot(row.iang_a) + row.ang_b.dot(row.iang_b);
+    if (a.inv_mass > 0) {
+        row.iang_a = a.inv_inertia_W * row.ang_a;
+        s += row.ang_a.dot(row.iang_a);
+    }
+    if (b.inv_mass > 0) {
+        row.iang_b = b.inv_inertia_W * row.ang_b;
+        s += row.ang_b.dot(row.iang_b);
+    }
     row.mass = s > 0 ? 1 / s : 0;
     return row;
 }
@@ -175,6 +188,7 @@ void build_block(ContactPool& pool, ContactBlock& block, const SolverBodies& bod
         NormalRow& row = pool.normals[block.first + i];
         static_cast<PointRow&>(row) = make_point_row(n, r_a, r_b, a, b);
         row.separation = separation;
+        row.touching = true;
         least_mass = std::min(least_mass, row.mass);
         // Centripetal acceleration of the material core points; the face that owns n is taken as flat.
         row.curvature = 0;

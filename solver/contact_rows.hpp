@@ -94,7 +94,12 @@ struct ContactPool {
     std::vector<WarmImpulse> warm;        // size p: from the substep before
     std::vector<PointImpulse> impulse;    // size p: unknowns of the running substep
     std::vector<PointImpulse> total;      // size p: summed over the substeps
+    // In use; the vectors keep their size from step to step.
+    std::size_t point_count = 0;
+    std::size_t friction_count = 0;
     void clear();
+    // Grows the vectors for so many more points and friction rows.
+    void make_room(std::size_t points, std::size_t friction_rows);
 };
 
 struct BlockRange {

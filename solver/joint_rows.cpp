@@ -29,6 +29,24 @@ void mass_columns(const Jacobian<N>& G, const BodyMotion& body, Eigen::Matrix<Re
     W.template bottomRows<3>().noalias() = body.inv_inertia_W * G.template rightCols<3>().transpose();
 }
 
+// Inverse of a symmetric positive definite matrix by Gauss-Jordan elimination without pivoting, in place: for 5 and 6 rows Eigen would call
+// its routines for matrices of any size.
+template <int N>
+Eigen::Matrix<Real, N, N> inverse_spd(Eigen::Matrix<Real, N, N> m) {
+    for (int k = 0; k < N; ++k) {
+        const Real pivot = 1 / m(k, k);
+        m(k, k) = 1;
+        for (int c = 0; c < N; ++c) m(k, c) *= pivot;
+        for (int r = 0; r < N; ++r) {
+            if (r == k) continue;
+            const Real f = m(r, k);
+            m(r, k) = 0;
+            for (int c = 0; c < N; ++c) m(r, c) -= f * m(k, c);
+        }
+    }
+    return m;
+}
+
 template <int N>
 VecN<N> row_velocity(const JointBlock<N>& j, const BodyVelocity& a, const BodyVelocity& b) {
     return j.G_a.template leftCols<3>() * a.v + j.G_a.template rightCols<3>() * a.w + j.G_b.template leftCols<3>() * b.v +
@@ -130,11 +148,11 @@ void build_joints(JointPool& pool, const JointRanges& ranges, const SolverBodies
             joint_jacobian<K>(j.geometry, pose_of(a), pose_of(b), j.G_a, j.G_b);
             mass_columns<N>(j.G_a, a, j.W_a);
             mass_columns<N>(j.G_b, b, j.W_b);
-            const Eigen::Matrix<Real, N, N> S = j.G_a * j.W_a + j.G_b * j.W_b;
+            const Eigen::Matrix<Real, N, N> S = j.G_a.lazyProduct(j.W_a) + j.G_b.lazyProduct(j.W_b);
             if constexpr (N <= 3) {
                 j.inv_S = S.inverse();
             } else {
-                j.inv_S = S.llt().solve(Eigen::Matrix<Real, N, N>::Identity());
+                j.inv_S = inverse_spd<N>(S);
             }
         }
     });

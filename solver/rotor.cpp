@@ -41,7 +41,7 @@ void strang_step(Quat& q_WP, Vec3& L_P, const Vec3& inv_moments, Real h) {
 }
 
 void rotate_general(Quat& q, Vec3& w, const RotorInertia& inertia, Real h, int stages) {
-    Quat q_WP = q * inertia.R_BP;
+    Quat q_WP = (q * inertia.R_BP).normalized();  // an R_BP off unit length by rounding would scale L in each call
     Vec3 L_P = inertia.moments.cwiseProduct(q_WP.conjugate() * w);
     const Vec3 inv_moments = inertia.moments.cwiseInverse();
     if (stages == 1) {

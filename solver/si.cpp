@@ -89,10 +89,8 @@ void second_solve(Context& c) {
     kick(c.bodies, c.island.body_begin, c.island.dynamic_end, 0.5 * c.h);
     if (c.has_joints) warm_start_second(c.joints, c.island.joints, c.bodies);
     if (c.has_contacts) warm_start_second(c.contacts, c.island.contacts, c.bodies);
-    // Between contacts alone half as many sweeps do: the normal impulses come out of the first solve nearly right (measured: docs/solvers.md).
-    const int most = c.has_joints ? c.settings.iterations : (c.settings.iterations + 1) / 2;
     iterate(
-        c, most, [&] { return sweep_joint_velocities(c.joints, c.island.joints, c.bodies); },
+        c, c.settings.iterations, [&] { return sweep_joint_velocities(c.joints, c.island.joints, c.bodies); },
         [&] { return sweep_contact_velocities(c.contacts, c.island.contacts, c.bodies); });
 }
 

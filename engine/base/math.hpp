@@ -1,7 +1,7 @@
 // Scalars, vectors, rotations and poses shared by every room. SI units, double precision, right-handed.
 //
-// Vectors are Eigen's; quaternions carry Eigen::DontAlign so that a consumer's -march flags (which change Eigen's alignment) cannot change the
-// layout of a Cairn type.
+// Vectors are Eigen's; quaternions carry Eigen::DontAlign so that a consumer's -march flags (which change Eigen's alignment) cannot change
+// the layout of a Cairn type.
 #pragma once
 
 #include <Eigen/Core>
@@ -34,7 +34,7 @@ inline Vec3 any_perpendicular(const Vec3& n) {
 // Rotation by the vector φ [rad]: axis φ/‖φ‖, angle ‖φ‖ (the exponential map of SO(3)).
 inline Quat exp_rotation(const Vec3& phi) {
     const Real angle2 = phi.squaredNorm();
-    Real c, s;  // cos(‖φ‖/2) and sin(‖φ‖/2)/‖φ‖
+    Real c, s;            // cos(‖φ‖/2) and sin(‖φ‖/2)/‖φ‖
     if (angle2 < 1e-4) {  // series to the 6th order: error below 1e-17
         c = 1 - angle2 / 8 * (1 - angle2 / 48 * (1 - angle2 / 120));
         s = 0.5 - angle2 / 48 * (1 - angle2 / 80 * (1 - angle2 / 168));
@@ -72,9 +72,16 @@ inline Pose operator*(const Pose& X_AB, const Pose& X_BC) {
     return {X_AB.q * X_BC.q, X_AB.q * X_BC.p + X_AB.p};
 }
 
-inline bool is_finite(const Vec3& v) { return std::isfinite(v.x()) && std::isfinite(v.y()) && std::isfinite(v.z()); }
+inline bool is_finite(const Vec3& v) {
+    return std::isfinite(v.x()) && std::isfinite(v.y()) && std::isfinite(v.z());
+}
 inline bool is_finite(const Quat& q) {
     return std::isfinite(q.w()) && std::isfinite(q.x()) && std::isfinite(q.y()) && std::isfinite(q.z());
+}
+
+// Whether something of this norm can be divided by it (its square neither overflowed nor vanished).
+inline bool is_normalisable(Real norm) {
+    return std::isfinite(norm) && norm > 1e-6;
 }
 
 }  // namespace cairn

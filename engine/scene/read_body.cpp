@@ -139,7 +139,7 @@ BodyDef read_body(const Json& value, Mistakes& mistakes) {
     const bool shapes_read = read_shapes(reader, type, body, mistakes);
     if (type == BodyType::kDynamic && shapes_read && !reader.has("inertia")) check_default_inertia(body, mistakes);
     reader.number("friction", body.friction, Range::kNotNegative, Need::kOptional);
-    reader.number("restitution", body.restitution, Range::kZeroToOne, Need::kOptional);
+    reader.number("restitution", body.restitution, Range::kNotNegative, Need::kOptional);
     reader.number("torsional_friction", body.torsional_friction, Range::kNotNegative, Need::kOptional);
     reader.number("rolling_friction", body.rolling_friction, Range::kNotNegative, Need::kOptional);
     reader.finish();

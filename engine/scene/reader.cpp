@@ -21,8 +21,6 @@ std::string rule_text(Range range) {
             return "> 0";
         case Range::kNotNegative:
             return ">= 0";
-        case Range::kZeroToOne:
-            return "in [0, 1]";
         case Range::kAny:
             break;
     }
@@ -35,8 +33,6 @@ bool within(Real x, Range range) {
             return x > 0;
         case Range::kNotNegative:
             return x >= 0;
-        case Range::kZeroToOne:
-            return x >= 0 && x <= 1;
         case Range::kAny:
             break;
     }

@@ -156,10 +156,12 @@ TEST_CASE("without restitution a pile on the ground never gains energy") {
     Real before = world.kinetic_energy() + world.potential_energy();
     const Real start = before;
     for (int step = 0; step < 180; ++step) {
-        REQUIRE(world.step(kStep).ok);
+        const StepReport report = world.step(kStep);
+        REQUIRE(report.ok);
         const Real after = world.kinetic_energy() + world.potential_energy();
-        // A penetration is worked off by moving bodies up, by at most a tenth of a millimetre each in a step.
-        REQUIRE(after - before < 1e-4 * mass * kG);
+        // A penetration is worked off by moving bodies up: four pushes of a tenth of it lift what lies on it by 1 − 0.9⁴ = 0.34 of the
+        // deepest one at most, and leave no velocity. 1e-4 m is for penetrations that arise within the step.
+        REQUIRE(after - before < (0.35 * report.max_penetration + 1e-4) * mass * kG);
         before = after;
     }
     CHECK(before < start);

@@ -12,7 +12,7 @@
 namespace cairn::scene_detail {
 
 enum class Need { kRequired, kOptional };
-enum class Range { kAny, kPositive, kNotNegative, kZeroToOne };
+enum class Range { kAny, kPositive, kNotNegative };
 
 // A value as a message quotes it: numbers and short text in full, lists and objects by what they are.
 std::string quoted(const Json& value);

@@ -16,7 +16,7 @@ bool is_finite(const BodyState& s) {
 
 }  // namespace
 
-TEST_CASE("a kinematic body that leaves the finite numbers is taken out and reported", "[!mayfail]") {
+TEST_CASE("a kinematic body that leaves the finite numbers is taken out and reported") {
     World world;
     BodyDef def = cube(1, {50, 0, 5});
     def.type = BodyType::kKinematic;
@@ -37,7 +37,7 @@ TEST_CASE("a kinematic body that leaves the finite numbers is taken out and repo
     CHECK(is_finite(world.state(id)));
 }
 
-TEST_CASE("a rotation of huge norm is refused or normalised, never made zero", "[!mayfail]") {
+TEST_CASE("a rotation of huge norm is refused or normalised, never made zero") {
     World world;
     BodyDef def = cube(1, {0, 0, 5});
     def.rotation = Quat(1e200, 0, 0, 1e200);
@@ -49,7 +49,7 @@ TEST_CASE("a rotation of huge norm is refused or normalised, never made zero", "
     }
 }
 
-TEST_CASE("a joint axis of huge length is refused or normalised", "[!mayfail]") {
+TEST_CASE("a joint axis of huge length is refused or normalised") {
     World world;
     const BodyId id = world.add_body(cube(1, {0, 0, 5}));
     try {
@@ -61,7 +61,7 @@ TEST_CASE("a joint axis of huge length is refused or normalised", "[!mayfail]") 
 }
 
 // Hidden because a failure of this one takes the program with it.
-TEST_CASE("bodies as far apart as numbers go leave the broad phase whole", "[.][extreme]") {
+TEST_CASE("bodies as far apart as numbers go leave the broad phase whole") {
     const Real far = GENERATE(1e15, 1e160, 8e307, 1e308, 1.7e308);
     CAPTURE(far);
     World world;

