@@ -13,11 +13,21 @@ namespace cairn {
 //   kNone           not at all: positions drift
 enum class Stabilisation : std::uint8_t { kSplit, kTargetVelocity, kNone };
 
+// What solves an island (bodies tied together by contacts and joints).
+//   kAuto    chosen per island and step from what it holds
+//   kSi      sequential impulses, takes everything
+//   kDirect  active set with a sparse factorisation: islands with contacts
+//   kRattle  RATTLE with a sparse factorisation: islands with joints alone
+// A solver that is forced on an island that it cannot take leaves it where it is, and the StepReport says so.
+enum class SolverChoice : std::uint8_t { kAuto, kSi, kDirect, kRattle };
+constexpr int kSolverChoices = 4;
+
 struct WorldSettings {
     Vec3 gravity{0, 0, -9.81};       // [m/s²]
     int substeps = 4;                // per step, >= 1
     int iterations = 2;              // most sweeps per solve, >= 1
     Real residual_tolerance = 1e-4;  // [m/s]: a solve stops sweeping once no row changes its velocity by more; 0: always the maximum
+    SolverChoice solver = SolverChoice::kAuto;
     Stabilisation stabilisation = Stabilisation::kSplit;
     bool sleep = false;
     int threads = 1;

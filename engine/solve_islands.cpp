@@ -145,6 +145,21 @@ void store_island(WorldData& world, int index, const SiIsland& island, StepRepor
     store_joints<1>(world, world.joint_pool.distance, JointType::kDistance, island.joints);
 }
 
+SolverChoice choose_solver(SolverChoice wanted, const SiIsland&) {
+    return wanted == SolverChoice::kAuto ? SolverChoice::kSi : wanted;
+}
+
+// Whether a solver can solve an island at all.
+bool takes(SolverChoice solver, const SiIsland&) {
+    return solver == SolverChoice::kSi;
+}
+
+void refuse_island(const WorldData& world, int index, StepReport& report) {
+    report.ok = false;
+    ++report.islands_refused;
+    report.refused_body = std::min(report.refused_body, world.islands.body_list()[world.islands.bodies(index).begin]);
+}
+
 void clear_rows(WorldData& world) {
     world.solver_bodies.clear();
     world.solver_bodies.motion.emplace_back();  // kImmovable
@@ -206,6 +221,12 @@ void solve_islands(WorldData& world, Real dt, StepReport& report) {
             scale_warm_start(world.contact_pool, island.contacts, scale);
             scale_warm_start(world.joint_pool, island.joints, scale);
         }
+        const SolverChoice solver = choose_solver(world.settings.solver, island);
+        if (!takes(solver, island)) {
+            refuse_island(world, i, report);
+            continue;
+        }
+        ++report.islands_of[static_cast<int>(solver)];
         solved.add(solve_island_si(world.solver_bodies, world.contact_pool, world.joint_pool, island, dt, settings));
         store_island(world, i, island, report);
         report.joint_rows += static_cast<std::uint32_t>(island.joints.rows());

@@ -1,18 +1,19 @@
 // What a step did. Filled by World::step; counters are of this step alone.
 #pragma once
 
-#include "engine/base/math.hpp"
+#include "engine/settings.hpp"
 
 #include <cstdint>
 
 namespace cairn {
 
 struct StepReport {
-    bool ok = true;                      // false: a body went non-finite (it is put back to its last finite pose and disabled), or a bad dt
-    std::uint32_t bodies_disabled = 0;   // of this step
-    std::uint32_t pairs = 0;             // overlapping fat boxes
-    std::uint32_t manifolds = 0;         // with at least one point
-    std::uint32_t contacts = 0;          // manifold points
+    bool ok = true;                     // false: a body went non-finite (it is put back to its last finite pose and disabled), a bad dt, or
+                                        // an island that the forced solver refused
+    std::uint32_t bodies_disabled = 0;  // of this step
+    std::uint32_t pairs = 0;            // overlapping fat boxes
+    std::uint32_t manifolds = 0;        // with at least one point
+    std::uint32_t contacts = 0;         // manifold points
     std::uint32_t manifolds_reused = 0;  // answered without asking the narrow phase
     std::uint64_t narrow_queries = 0;
     std::uint64_t fcl_calls = 0;
@@ -20,8 +21,11 @@ struct StepReport {
     std::uint32_t normal_rows = 0;
     std::uint32_t friction_rows = 0;
     std::uint32_t joint_rows = 0;
-    std::uint32_t islands = 0;      // with a constraint, solved in this step
-    std::uint32_t free_bodies = 0;  // moved exactly, without a solver
+    std::uint32_t islands = 0;                      // with a constraint, solved in this step
+    std::uint32_t islands_of[kSolverChoices] = {};  // of them, by the solver that solved them (index: SolverChoice)
+    std::uint32_t islands_refused = 0;              // left where they are: the forced solver cannot take them
+    std::uint32_t refused_body = UINT32_MAX;        // lowest body of such an island, in order of creation
+    std::uint32_t free_bodies = 0;                  // moved exactly, without a solver
     std::uint32_t sleeping_bodies = 0;
     std::uint64_t rotor_calls = 0;     // free-rigid-body rotations of bodies with unequal moments
     std::uint64_t joint_sweeps = 0;    // passes over joint rows

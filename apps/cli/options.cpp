@@ -12,7 +12,12 @@ namespace cairn::cli {
 
 namespace {
 
-constexpr const char* kSolvers[] = {"si"};
+struct NamedSolver {
+    const char* name;
+    SolverChoice value;
+};
+constexpr NamedSolver kSolvers[kSolverChoices] = {
+    {"auto", SolverChoice::kAuto}, {"si", SolverChoice::kSi}, {"direct", SolverChoice::kDirect}, {"rattle", SolverChoice::kRattle}};
 
 struct NamedStabilisation {
     const char* name;
@@ -52,7 +57,10 @@ void add_run_options(CLI::App& command, RunArguments& a) {
     command.add_option("--iterations", a.iterations, with_default("Most sweeps of a solve", defaults.iterations));
     command.add_option("--threads", a.threads, with_default("Threads", defaults.threads));
     command.add_option("--sleep", a.sleep, with_default("1: bodies at rest fall asleep, 0: they do not", defaults.sleep ? 1 : 0));
-    command.add_option("--solver", a.solver, "Solver: si (sequential impulses)")->capture_default_str();
+    command
+        .add_option("--solver", a.solver,
+                    "auto: chosen per island; si: sequential impulses; direct: islands with contacts; rattle: joints alone")
+        ->capture_default_str();
     command.add_option(
         "--stabilisation", a.stabilisation,
         with_default("How position errors are worked off: split, target-velocity or none", stabilisation_name(defaults.stabilisation)));
@@ -70,13 +78,10 @@ RunOptions run_options(const RunArguments& a) {
     if (a.residual_tolerance && !(std::isfinite(*a.residual_tolerance) && *a.residual_tolerance >= 0)) {
         throw_invalid("--residual-tolerance", *a.residual_tolerance, ">= 0");
     }
-    bool known_solver = false;
-    std::string solvers;
-    for (const char* name : kSolvers) {
-        known_solver = known_solver || a.solver == name;
-        solvers.append(solvers.empty() ? "" : ", ").append(name);
+    for (const NamedSolver& s : kSolvers) {
+        if (a.solver == s.name) options.solver = s.value;
     }
-    if (!known_solver) throw_invalid("--solver", a.solver, "one of " + solvers);
+    if (!options.solver) throw_invalid("--solver", a.solver, "one of auto, si, direct, rattle");
     options.substeps = a.substeps;
     options.iterations = a.iterations;
     options.threads = a.threads;
@@ -88,6 +93,13 @@ RunOptions run_options(const RunArguments& a) {
     }
     if (!options.stabilisation) throw_invalid("--stabilisation", a.stabilisation, "one of split, target-velocity, none");
     return options;
+}
+
+const char* solver_name(SolverChoice solver) {
+    for (const NamedSolver& s : kSolvers) {
+        if (solver == s.value) return s.name;
+    }
+    return "unknown";
 }
 
 const char* stabilisation_name(Stabilisation stabilisation) {

@@ -15,7 +15,7 @@ Real parse_time_step(const std::string& text);
 // The options as text where the command line has text; checked by run_options().
 struct RunArguments {
     std::string dt = "1/60";
-    std::string solver = "si";
+    std::string solver = "auto";
     std::string stabilisation;
     std::optional<int> substeps;
     std::optional<int> iterations;
@@ -29,6 +29,7 @@ void add_run_options(CLI::App& command, RunArguments& arguments);
 // Throws Error naming the option, its value and what would be valid.
 RunOptions run_options(const RunArguments& arguments);
 
+const char* solver_name(SolverChoice solver);
 const char* stabilisation_name(Stabilisation stabilisation);
 
 }  // namespace cairn::cli

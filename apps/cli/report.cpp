@@ -59,7 +59,7 @@ std::string runner_line(const Scene& scene, const RunResult& r, const std::vecto
     line["wall_max_step_s"] = r.wall_max_step;
     line["unsupported"] = unsupported;
     line["notes"] = r.steps > 0 ? warnings(scene, r) : std::vector<std::string>{};
-    line["settings"] = {{"solver", "si"},
+    line["settings"] = {{"solver", solver_name(r.settings.solver)},
                         {"stabilisation", stabilisation_name(r.settings.stabilisation)},
                         {"residual_tolerance", r.settings.residual_tolerance}};
     return line.dump();
@@ -73,6 +73,12 @@ std::string summary(const Scene& scene, const RunResult& r) {
     row("steps", fmt::format("{} of {:.6g} s, {:.6g} s simulated", r.steps, r.dt, simulated));
     row("time per step", fmt::format("{} median, {} longest", readable_time(r.wall_median_step), readable_time(r.wall_max_step)));
     row("real-time factor", fmt::format("{:.3g} (simulated time / time in steps, {})", simulated / wall, readable_time(r.wall_total)));
+    std::string solvers;
+    for (int k = 0; k < kSolverChoices; ++k) {
+        if (r.islands_of[k] > 0)
+            solvers += fmt::format("{}{} {}", solvers.empty() ? "" : ", ", r.islands_of[k], solver_name(static_cast<SolverChoice>(k)));
+    }
+    if (!solvers.empty()) row("islands solved", solvers);
     row("contacts", fmt::format("{} at the end, {} at most", r.contacts_end, r.contacts_max));
     row("worst penetration", fmt::format("{:.3g} m", r.max_penetration));
     if (is_driven(scene)) {

@@ -1,6 +1,9 @@
 #include "apps/cli/runner.hpp"
 
+#include "apps/cli/options.hpp"
 #include "engine/base/error.hpp"
+
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <chrono>
@@ -24,9 +27,16 @@ void add_report(const StepReport& report, RunResult& result) {
     result.contacts_end = report.contacts;
     result.sleeping_end = report.sleeping_bodies;
     result.bodies_disabled += report.bodies_disabled;
+    for (int k = 0; k < kSolverChoices; ++k) result.islands_of[k] += report.islands_of[k];
     result.fcl_calls += report.fcl_calls;
     result.fcl_failures += report.fcl_failures;
     result.max_penetration = std::max(result.max_penetration, report.max_penetration);
+}
+
+[[noreturn]] void throw_refused(const Scene& scene, const RunOptions& options, const StepReport& report, Real t) {
+    throw_invalid("--solver", solver_name(*options.solver),
+                  fmt::format("one that takes the island of bodies[{}] ({}) at t = {:.4g} s: auto or si", report.refused_body,
+                              scene.bodies[report.refused_body].name, t));
 }
 
 void add_energy(const World& world, RunResult& result) {
@@ -44,6 +54,7 @@ WorldSettings settings_from(const RunOptions& options) {
     if (options.iterations) settings.iterations = *options.iterations;
     if (options.threads) settings.threads = *options.threads;
     if (options.sleep) settings.sleep = *options.sleep;
+    if (options.solver) settings.solver = *options.solver;
     if (options.stabilisation) settings.stabilisation = *options.stabilisation;
     if (options.residual_tolerance) settings.residual_tolerance = *options.residual_tolerance;
     return settings;
@@ -99,6 +110,7 @@ RunResult run_scene(const Scene& scene, const RunOptions& options, const SampleC
         const Clock::time_point start = Clock::now();
         const StepReport report = built.world.step(options.dt);
         walls.push_back(std::chrono::duration<double>(Clock::now() - start).count());
+        if (report.islands_refused > 0) throw_refused(scene, options, report, static_cast<Real>(step) * options.dt);
         add_report(report, result);
         if (step == due[next_sample]) {
             ++next_sample;

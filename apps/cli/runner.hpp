@@ -17,6 +17,7 @@ struct RunOptions {
     std::optional<int> iterations;
     std::optional<int> threads;
     std::optional<bool> sleep;
+    std::optional<SolverChoice> solver;
     std::optional<Stabilisation> stabilisation;
     std::optional<Real> residual_tolerance;  // [m/s]
 };
@@ -37,6 +38,7 @@ struct RunResult {
     std::uint32_t contacts_end = 0;
     std::uint32_t sleeping_end = 0;  // bodies
     std::uint32_t bodies_disabled = 0;
+    std::uint64_t islands_of[kSolverChoices] = {};  // islands solved, by solver, over all steps
     std::uint64_t fcl_calls = 0;
     std::uint64_t fcl_failures = 0;
     Real max_penetration = 0;  // [m]
@@ -60,6 +62,7 @@ std::vector<long> sample_steps(Real sample_interval, Real dt, long steps);
 // What the scene asks for that the engine has not: keys of the file, each once; empty if it can be run.
 std::vector<std::string> unsupported_features(const Scene& scene);
 
+// Throws Error when a forced solver cannot take an island.
 RunResult run_scene(const Scene& scene, const RunOptions& options, const SampleCallback& on_sample = {}, const StepCallback& on_step = {});
 
 }  // namespace cairn::cli

@@ -57,7 +57,7 @@ TEST_CASE("run --json ends with one line that says what was run") {
     CHECK(line.at("wall_max_step_s") >= line.at("wall_median_step_s"));
     CHECK(line.at("unsupported") == nlohmann::json::array());
     CHECK(line.at("notes").is_array());
-    CHECK(line.at("settings").at("solver") == "si");
+    CHECK(line.at("settings").at("solver") == "auto");
     CHECK(line.at("settings").at("stabilisation") == "none");
 }
 
@@ -161,7 +161,7 @@ TEST_CASE("bad arguments exit with 2 and name the option, the value and what wou
         {"run " + scene.path + " --iterations -3", "--iterations: -3, must be a whole number >= 1"},
         {"run " + scene.path + " --threads 0", "--threads: 0, must be a whole number >= 1"},
         {"run " + scene.path + " --sleep 2", "--sleep: 2, must be 0 or 1"},
-        {"run " + scene.path + " --solver magic", "--solver: magic, must be one of si"},
+        {"run " + scene.path + " --solver magic", "--solver: magic, must be one of auto, si, direct, rattle"},
         {"run " + scene.path + " --stabilisation glue", "--stabilisation: glue, must be one of split, target-velocity, none"},
         {"run " + scene.path + " --residual-tolerance -1", "--residual-tolerance: -1, must be >= 0"},
         {"run " + scene.path + " --states /no/such/folder/s.csv",
