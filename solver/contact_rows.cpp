@@ -1,4 +1,4 @@
-#include "solver/contact_rows.hpp"
+#include "solver/contact_kernel.hpp"
 
 #include <algorithm>
 #include <limits>
@@ -15,47 +15,6 @@ void for_each_point(const ContactPool& pool, BlockRange range, Function f) {
         for (int p = block.first; p < block.first + block.count; ++p) f(p);
     }
 }
-
-// Velocities of a block's two bodies, held in registers while its rows are visited: the relative linear velocity (all that rows see of the
-// linear ones) and both angular ones.
-struct BlockVelocity {
-    Vec3 dv, wa, wb;
-
-    BlockVelocity(const ContactBlock& block, const SolverBodies& bodies)
-        : dv(bodies.velocity[block.a].v - bodies.velocity[block.b].v), wa(bodies.velocity[block.a].w), wb(bodies.velocity[block.b].w) {}
-
-    // G v of a row.
-    Real along(const Vec3& direction, const PointRow& row) const { return direction.dot(dv) + row.ang_a.dot(wa) - row.ang_b.dot(wb); }
-
-    // v += M⁻¹ Gᵀ λ.
-    void apply(const ContactBlock& block, const Vec3& direction, const PointRow& row, Real lambda) {
-        dv += (block.inv_mass_sum * lambda) * direction;
-        wa += lambda * row.iang_a;
-        wb -= lambda * row.iang_b;
-    }
-
-    // Bodies that cannot move are shared between islands and stay untouched.
-    void store(const ContactBlock& block, SolverBodies& bodies) const {
-        const Vec3 change = dv - (bodies.velocity[block.a].v - bodies.velocity[block.b].v);
-        if (block.inv_mass_a > 0) {
-            bodies.velocity[block.a].v += block.share_a * change;
-            bodies.velocity[block.a].w = wa;
-        }
-        if (block.inv_mass_b > 0) {
-            bodies.velocity[block.b].v -= block.share_b * change;
-            bodies.velocity[block.b].w = wb;
-        }
-    }
-
-    // Moves the accumulated normal impulse λ towards G v = target, λ >= 0. Returns the change.
-    Real solve_normal(const ContactBlock& block, const NormalRow& row, Real& lambda, Real target) {
-        const Real next = std::max(lambda - row.mass * (along(block.n, row) - target), 0.0);
-        const Real delta = next - lambda;
-        lambda = next;
-        apply(block, block.n, row, delta);
-        return std::abs(delta);
-    }
-};
 
 // The friction rows of each point of a block; bounds from the accumulated normal impulses. The two rows of a point are solved side by side:
 // each still sees its own velocity alone, so a sliding point's friction stays along its slip. Returns the largest change of an impulse.
@@ -76,12 +35,6 @@ Real sweep_block_friction(ContactPool& pool, const ContactBlock& block, BlockVel
         change = std::max(change, std::max(std::abs(delta1), std::abs(delta2)));
     }
     return change;
-}
-
-// The relative normal velocity that takes a row to where it must be at the end of a drift of h.
-Real gap_target(const NormalRow& row, Real h, Real rate) {
-    const Real gap = row.separation + 0.5 * h * h * row.curvature - row.lift;
-    return gap > 0 || row.lift > 0 ? -gap / h : -rate * gap / h;
 }
 
 // One sweep over normal rows, targets from `target_of`, and over friction rows if `with_friction`.
@@ -284,9 +237,7 @@ void push_contacts(ContactPool& pool, BlockRange range, SolverBodies& bodies, Re
 
 Real sweep_contact_velocities(ContactPool& pool, BlockRange range, SolverBodies& bodies) {
     // What has not arrived yet is not held: its impulse returns to zero.
-    return sweep(pool, range, bodies, true, [](const NormalRow& row) {
-        return !row.touching ? -kInfinity : row.lift > 0 ? row.bounce : 0.0;
-    });
+    return sweep(pool, range, bodies, true, [](const NormalRow& row) { return velocity_target(row); });
 }
 
 Real sweep_contact_target_velocity(ContactPool& pool, BlockRange range, SolverBodies& bodies, Real h, Real beta) {

@@ -1,0 +1,173 @@
+#include "solver/block_cholesky.hpp"
+
+#include <Eigen/OrderingMethods>
+#include <Eigen/SparseCore>
+
+#include <algorithm>
+#include <cmath>
+
+namespace cairn {
+namespace {
+
+// c −= a bᵀ, all 6 × 6 column-major.
+inline void subtract_product(Real* c, const Real* a, const Real* b) {
+    for (int j = 0; j < 6; ++j) {
+        Real sum[6] = {0, 0, 0, 0, 0, 0};
+        for (int k = 0; k < 6; ++k) {
+            const Real f = b[j + 6 * k];
+            for (int i = 0; i < 6; ++i) sum[i] += a[i + 6 * k] * f;
+        }
+        for (int i = 0; i < 6; ++i) c[i + 6 * j] -= sum[i];
+    }
+}
+
+// L⁻¹ of A = L Lᵀ (lower triangle of A read), lower triangular with zeros above; false if A is not positive definite.
+bool invert_cholesky(Mat6& A) {
+    Mat6 L = Mat6::Zero();
+    for (int j = 0; j < 6; ++j) {
+        Real d = A(j, j);
+        for (int k = 0; k < j; ++k) d -= L(j, k) * L(j, k);
+        if (!(d > 0) || !std::isfinite(d)) return false;
+        const Real root = std::sqrt(d);
+        L(j, j) = root;
+        for (int i = j + 1; i < 6; ++i) {
+            Real s = A(i, j);
+            for (int k = 0; k < j; ++k) s -= L(i, k) * L(j, k);
+            L(i, j) = s / root;
+        }
+    }
+    A.setZero();
+    for (int j = 0; j < 6; ++j) {
+        A(j, j) = 1 / L(j, j);
+        for (int i = j + 1; i < 6; ++i) {
+            Real s = 0;
+            for (int k = j; k < i; ++k) s -= L(i, k) * A(k, j);
+            A(i, j) = s / L(i, i);
+        }
+    }
+    return true;
+}
+
+// Fill-reducing order of a graph: position → vertex.
+std::vector<int> minimum_degree(int n, const std::vector<std::pair<int, int>>& pairs) {
+    std::vector<Eigen::Triplet<Real>> entries;
+    entries.reserve(2 * pairs.size() + static_cast<std::size_t>(n));
+    for (const auto& [i, j] : pairs) {
+        entries.emplace_back(i, j, 1.0);
+        entries.emplace_back(j, i, 1.0);
+    }
+    for (int i = 0; i < n; ++i) entries.emplace_back(i, i, 1.0);
+    Eigen::SparseMatrix<Real> graph(n, n);
+    graph.setFromTriplets(entries.begin(), entries.end());
+    Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> permutation;
+    Eigen::AMDOrdering<int>()(graph, permutation);
+    return {permutation.indices().data(), permutation.indices().data() + n};
+}
+
+}  // namespace
+
+void BlockCholesky::analyse(int n, const std::vector<std::pair<int, int>>& pairs) {
+    n_ = n;
+    order_ = minimum_degree(n, pairs);
+    position_.resize(static_cast<std::size_t>(n));
+    for (int k = 0; k < n; ++k) position_[order_[k]] = k;
+    std::vector<std::vector<int>> below(static_cast<std::size_t>(n));
+    for (const auto& [i, j] : pairs) {
+        const int a = position_[i], b = position_[j];
+        below[std::min(a, b)].push_back(std::max(a, b));
+    }
+    find_structure(below);
+
+    diagonal_.resize(static_cast<std::size_t>(n));
+    for (int i = 0; i < n; ++i) diagonal_[i] = start_[position_[i]];
+    place_.resize(pairs.size());
+    transposed_.resize(pairs.size());
+    for (std::size_t k = 0; k < pairs.size(); ++k) {
+        const int a = position_[pairs[k].first], b = position_[pairs[k].second];
+        const int row = std::max(a, b), column = std::min(a, b);
+        const auto begin = rows_.begin() + start_[column], end = rows_.begin() + start_[column + 1];
+        place_[k] = static_cast<int>(std::lower_bound(begin, end, row) - rows_.begin());
+        transposed_[k] = a < b;
+    }
+    values_.resize(36 * rows_.size());
+    local_.assign(static_cast<std::size_t>(n), 0);
+    work_.resize(static_cast<std::size_t>(n));
+}
+
+// The rows of a column of L: those of H and those of its children in the elimination tree. `below` has H's.
+void BlockCholesky::find_structure(const std::vector<std::vector<int>>& below) {
+    std::vector<std::vector<int>> columns(static_cast<std::size_t>(n_)), children(static_cast<std::size_t>(n_));
+    start_.assign(1, 0);
+    rows_.clear();
+    products_ = 0;
+    for (int k = 0; k < n_; ++k) {
+        std::vector<int>& column = columns[k];
+        column = below[k];
+        for (const int child : children[k]) {
+            for (const int row : columns[child]) {
+                if (row > k) column.push_back(row);
+            }
+        }
+        std::sort(column.begin(), column.end());
+        column.erase(std::unique(column.begin(), column.end()), column.end());
+        if (!column.empty()) children[column.front()].push_back(k);
+        rows_.push_back(k);
+        rows_.insert(rows_.end(), column.begin(), column.end());
+        start_.push_back(static_cast<int>(rows_.size()));
+        const std::int64_t m = static_cast<std::int64_t>(column.size());
+        products_ += 1 + m + m * (m + 1) / 2;
+    }
+    row_start_.assign(static_cast<std::size_t>(n_) + 1, 0);
+    for (int k = 0; k < n_; ++k) {
+        for (int p = start_[k] + 1; p < start_[k + 1]; ++p) ++row_start_[rows_[p] + 1];
+    }
+    for (int k = 0; k < n_; ++k) row_start_[k + 1] += row_start_[k];
+    row_entries_.resize(static_cast<std::size_t>(row_start_[n_]));
+    std::vector<int> next(row_start_.begin(), row_start_.end() - 1);
+    for (int k = 0; k < n_; ++k) {
+        for (int p = start_[k] + 1; p < start_[k + 1]; ++p) row_entries_[next[rows_[p]]++] = {k, p};
+    }
+}
+
+void BlockCholesky::set_zero() {
+    std::fill(values_.begin(), values_.end(), 0.0);
+}
+
+bool BlockCholesky::factorise() {
+    for (int j = 0; j < n_; ++j) {
+        for (int p = start_[j]; p < start_[j + 1]; ++p) local_[rows_[p]] = p;
+        for (int e = row_start_[j]; e < row_start_[j + 1]; ++e) {
+            const RowEntry entry = row_entries_[e];
+            const Real* L_jk = values_.data() + 36 * static_cast<std::int64_t>(entry.place);
+            for (int p = entry.place; p < start_[entry.column + 1]; ++p) {
+                subtract_product(values_.data() + 36 * static_cast<std::int64_t>(local_[rows_[p]]),
+                                 values_.data() + 36 * static_cast<std::int64_t>(p), L_jk);
+            }
+        }
+        Mat6 inverse = block(start_[j]);
+        if (!invert_cholesky(inverse)) return false;
+        block(start_[j]) = inverse;
+        for (int p = start_[j] + 1; p < start_[j + 1]; ++p) {
+            const Mat6 L_ij = block(p) * inverse.transpose();
+            block(p) = L_ij;
+        }
+    }
+    return true;
+}
+
+void BlockCholesky::solve(std::vector<Vec6>& x) const {
+    for (int k = 0; k < n_; ++k) work_[k] = x[order_[k]];
+    for (int k = 0; k < n_; ++k) {
+        const Vec6 y = block(start_[k]).triangularView<Eigen::Lower>() * work_[k];
+        work_[k] = y;
+        for (int p = start_[k] + 1; p < start_[k + 1]; ++p) work_[rows_[p]].noalias() -= block(p) * y;
+    }
+    for (int k = n_ - 1; k >= 0; --k) {
+        Vec6 y = work_[k];
+        for (int p = start_[k] + 1; p < start_[k + 1]; ++p) y.noalias() -= block(p).transpose() * work_[rows_[p]];
+        work_[k] = block(start_[k]).transpose() * y;
+    }
+    for (int k = 0; k < n_; ++k) x[order_[k]] = work_[k];
+}
+
+}  // namespace cairn
