@@ -4,6 +4,7 @@ set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 source "$root/tests/support/packages.sh"
 install_packages
+install_optional_packages
 cmake -S "$root" --preset release
 cmake --build "$root/build/release" --target cairn -j "$(nproc 2>/dev/null || echo 2)"
 exec "$root/build/release/bin/cairn" bench "$@"

@@ -7,6 +7,8 @@ cairn_packages=(
     nlohmann-json3-dev libcli11-dev libfmt-dev           # scene files, the command line
     catch2                                               # the tests
 )
+# What `cairn bench` compares with and draws with. Everything works without.
+cairn_optional_packages=(pkg-config libbullet-dev libode-dev gnuplot-nox)
 
 install_packages() {
     local package state missing=()
@@ -33,6 +35,19 @@ install_packages() {
             install -y -qq --no-install-recommends "${missing[@]}" </dev/null
     fi
     check_tools
+}
+
+# Installs what is missing of the optional packages if that can be done without asking; says what is left out otherwise.
+install_optional_packages() {
+    local package missing=()
+    command -v dpkg-query >/dev/null && command -v apt-get >/dev/null || return 0
+    for package in "${cairn_optional_packages[@]}"; do
+        [ "$(dpkg-query -W -f='${db:Status-Status}' "$package" 2>/dev/null)" = installed ] || missing+=("$package")
+    done
+    [ ${#missing[@]} -eq 0 ] && return 0
+    echo "Installing optional Debian packages: ${missing[*]}"
+    as_root env DEBIAN_FRONTEND=noninteractive apt-get -o Acquire::Retries=3 -o DPkg::Lock::Timeout=600 \
+        install -y -qq --no-install-recommends "${missing[@]}" </dev/null || echo "Goes on without: ${missing[*]}"
 }
 
 # Runs a command as root: plainly if we are, else through sudo (which may ask for a password only if there is somebody to ask).
