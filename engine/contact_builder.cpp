@@ -30,6 +30,14 @@ Vec3 tangent_direction(const Vec3& slip, const Vec3& pull, Real pull_scale, cons
     return previous;
 }
 
+// t₁ as the friction model has it.
+Vec3 model_tangent(FrictionModel model, const Vec3& n, const Vec3& slip, const Vec3& pull, Real pull_scale, const Vec3& previous) {
+    const Real speed = slip.norm();
+    if (model == FrictionModel::kOneDirection && speed > 0) return slip / speed;
+    if (model == FrictionModel::kOneDirection || model == FrictionModel::kPyramidFixed) return any_perpendicular(n);
+    return tangent_direction(slip, pull, pull_scale, previous);
+}
+
 // What the tangents of a manifold's points have in common: the change of relative velocity over the step by external forces, tangential,
 // and the scale against which a slip is slow.
 struct Pull {
@@ -51,6 +59,10 @@ Vec3 slip_velocity(const SolverBodies& bodies, const ContactBlock& block, const 
                    : block.a == kImmovable ? Vec3(-velocity(block.b))
                                            : Vec3(velocity(block.a) - velocity(block.b));
     return v - block.n * block.n.dot(v);
+}
+
+bool has_friction(const WorldData& world, const Contact& c) {
+    return c.mu > 0 && world.settings.model.friction != FrictionModel::kNone;
 }
 
 void build_manifold(WorldData& world, Real dt, const Contact& c, CachedManifold& m, const SolverBody& a, const SolverBody& b,
@@ -75,7 +87,8 @@ void build_manifold(WorldData& world, Real dt, const Contact& c, CachedManifold&
     block.inv_mass_sum = block.inv_mass_a + block.inv_mass_b;
     block.share_a = block.inv_mass_a / block.inv_mass_sum;
     block.share_b = block.inv_mass_b / block.inv_mass_sum;
-    if (c.mu > 0) {
+    const FrictionModel friction = world.settings.model.friction;
+    if (has_friction(world, c)) {
         block.friction = static_cast<int>(pool.friction_count);
         pool.friction_count += 2 * m.count;
     }
@@ -88,7 +101,7 @@ void build_manifold(WorldData& world, Real dt, const Contact& c, CachedManifold&
         pool.normals[block.first + i] = {};
         if (block.friction < 0) continue;
         const Vec3 slip = slip_velocity(world.solver_bodies, block, X_WA * g.core_a_A - g.radius_a * m.n);
-        pool.frictions[block.friction + 2 * i].t = tangent_direction(slip, pull.tangential, pull.scale, p.t1);
+        pool.frictions[block.friction + 2 * i].t = model_tangent(friction, m.n, slip, pull.tangential, pull.scale, p.t1);
     }
     build_block(pool, block, world.solver_bodies);
     for (int i = 0; i < m.count; ++i) {
@@ -98,7 +111,7 @@ void build_manifold(WorldData& world, Real dt, const Contact& c, CachedManifold&
         if (block.friction >= 0) {
             const FrictionRow* rows = &pool.frictions[block.friction + 2 * i];
             warm.friction[0] = rows[0].t.dot(p.warm_friction);
-            warm.friction[1] = rows[1].t.dot(p.warm_friction);
+            if (friction != FrictionModel::kOneDirection) warm.friction[1] = rows[1].t.dot(p.warm_friction);
             p.t1 = rows[0].t;
         }
         pool.impulse[block.first + i] = {};
@@ -115,7 +128,7 @@ void build_contact_blocks(WorldData& world, Real dt, const std::vector<std::uint
         const Contact& c = world.contacts.slots()[order[k]];
         for (int i = 0; i < c.manifold_count; ++i) {
             points += c.manifold(i).count;
-            if (c.mu > 0) frictions += 2 * c.manifold(i).count;
+            if (has_friction(world, c)) frictions += 2 * c.manifold(i).count;
         }
     }
     world.contact_pool.make_room(points, frictions);

@@ -2,16 +2,11 @@
 #pragma once
 
 #include "engine/base/math.hpp"
+#include "solver/si_model.hpp"
 
 #include <cstdint>
 
 namespace cairn {
-
-// How a position error (penetration, joint separation) is worked off.
-//   kSplit          biased solve moves the positions, a second, unbiased solve sets the velocities: no energy enters through the bias
-//   kTargetVelocity Baumgarte (1972): the bias is part of the velocity, the textbook method
-//   kNone           not at all: positions drift
-enum class Stabilisation : std::uint8_t { kSplit, kTargetVelocity, kNone };
 
 // What solves an island (bodies tied together by contacts and joints).
 //   kAuto    chosen per island and step from what it holds
@@ -29,6 +24,7 @@ struct WorldSettings {
     Real residual_tolerance = 1e-4;  // [m/s]: a solve stops sweeping once no row changes its velocity by more; 0: always the maximum
     SolverChoice solver = SolverChoice::kAuto;
     Stabilisation stabilisation = Stabilisation::kSplit;
+    SiModel model;  // of sequential impulses
     bool sleep = false;
     int threads = 1;
 };

@@ -11,9 +11,8 @@ SiSettings si_settings(const WorldSettings& s) {
     out.substeps = s.substeps;
     out.iterations = s.iterations;
     out.residual_tolerance = s.residual_tolerance;
-    out.stabilisation = s.stabilisation == Stabilisation::kSplit            ? SiStabilisation::kSplit
-                        : s.stabilisation == Stabilisation::kTargetVelocity ? SiStabilisation::kTargetVelocity
-                                                                            : SiStabilisation::kNone;
+    out.stabilisation = s.stabilisation;
+    out.model = s.model;
     return out;
 }
 
@@ -237,6 +236,7 @@ void solve_islands(WorldData& world, Real dt, StepReport& report) {
     report.joint_sweeps = solved.joint_sweeps;
     report.rotor_calls += solved.rotor_calls;
     report.residual = solved.residual;
+    report.natural_residual = solved.natural_residual;
 }
 
 }  // namespace cairn

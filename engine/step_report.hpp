@@ -32,6 +32,7 @@ struct StepReport {
     std::uint64_t contact_sweeps = 0;  // passes over contact rows
     Real max_penetration = 0;          // [m], deepest point at the start of the step
     Real residual = 0;                 // [m/s], largest velocity change of a row in the last sweep of any solve
+    Real natural_residual = 0;         // [m/s], of the contacts of islands solved by the textbook's substep (solver/contact_models.hpp)
 };
 
 }  // namespace cairn

@@ -235,15 +235,9 @@ void push_contacts(ContactPool& pool, BlockRange range, SolverBodies& bodies, Re
     sweep(pool, range, bodies, false, [h, rate](const NormalRow& row) { return gap_target(row, h, rate); });
 }
 
-Real sweep_contact_velocities(ContactPool& pool, BlockRange range, SolverBodies& bodies) {
+Real sweep_contact_velocities(ContactPool& pool, BlockRange range, SolverBodies& bodies, bool with_friction) {
     // What has not arrived yet is not held: its impulse returns to zero.
-    return sweep(pool, range, bodies, true, [](const NormalRow& row) { return velocity_target(row); });
-}
-
-Real sweep_contact_target_velocity(ContactPool& pool, BlockRange range, SolverBodies& bodies, Real h, Real beta) {
-    return sweep(pool, range, bodies, true, [h, beta](const NormalRow& row) {
-        return row.lift > 0 ? row.bounce : row.separation > 0 ? -row.separation / h : -beta * row.separation / h;
-    });
+    return sweep(pool, range, bodies, with_friction, [](const NormalRow& row) { return velocity_target(row); });
 }
 
 void predict_bounces(ContactPool& pool, BlockRange range, const SolverBodies& bodies, Real h) {

@@ -94,6 +94,8 @@ struct ContactPool {
     std::vector<WarmImpulse> warm;        // size p: from the substep before
     std::vector<PointImpulse> impulse;    // size p: unknowns of the running substep
     std::vector<PointImpulse> total;      // size p: summed over the substeps
+    std::vector<PointImpulse> before;     // size p, scratch of the reference methods
+    std::vector<PointImpulse> direction;  // likewise
     // In use; the vectors keep their size from step to step.
     std::size_t point_count = 0;
     std::size_t friction_count = 0;
@@ -137,14 +139,11 @@ void push_contacts(ContactPool& pool, BlockRange range, SolverBodies& bodies, Re
 // After the drift: notes what touches, and sets the impulses back to where the first solve held them.
 void release_contacts(ContactPool& pool, BlockRange range);
 
-// One sweep over normal, then friction rows of the second solve: G v >= 0 (or a bounce) where it touches.
-Real sweep_contact_velocities(ContactPool& pool, BlockRange range, SolverBodies& bodies);
+// One sweep over normal, then (unless another model sees to it) friction rows of the second solve: G v >= 0 (or a bounce) where it touches.
+Real sweep_contact_velocities(ContactPool& pool, BlockRange range, SolverBodies& bodies, bool with_friction = true);
 
 // At the end of a substep: total += impulse, the warm impulses follow, impulse = 0.
 void close_contact_substep(ContactPool& pool, BlockRange range);
-
-// One sweep of the textbook method: G v >= −beta C / h where C < 0 (Baumgarte 1972), then friction.
-Real sweep_contact_target_velocity(ContactPool& pool, BlockRange range, SolverBodies& bodies, Real h, Real beta);
 
 // Restitution: finds for each row of the range with e > 0 whether its gap closes within h (at τ, gap and relative velocity taken along the
 // parabola of the external accelerations) and sets lift and bounce to where that leads, so the error of a bounce does not depend on τ.

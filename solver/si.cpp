@@ -1,54 +1,18 @@
-#include "solver/si.hpp"
+#include "solver/contact_models.hpp"
+#include "solver/si_context.hpp"
 
 #include <algorithm>
 
 namespace cairn {
 namespace {
 
-// Everything a stage of the solve needs of its island.
-struct Context {
-    SolverBodies& bodies;
-    ContactPool& contacts;
-    JointPool& joints;
-    const SiIsland& island;
-    const SiSettings& settings;
-    Real h;
-    bool has_contacts;
-    bool has_joints;
-    Softness joint_soft;
-    SiReport report;
-};
-
-// Sweeps joints, then contacts, until no row changes its velocity by more than the tolerance or `most` sweeps are done.
-template <typename JointSweep, typename ContactSweep>
-void iterate(Context& c, int most, JointSweep joint_sweep, ContactSweep contact_sweep) {
-    for (int k = 0; k < most; ++k) {
-        Real residual = 0;
-        if (c.has_joints) {
-            residual = joint_sweep();
-            ++c.report.joint_sweeps;
-        }
-        if (c.has_contacts) {
-            residual = std::max(residual, contact_sweep());
-            ++c.report.contact_sweeps;
-        }
-        c.report.residual = residual;
-        if (residual <= c.settings.residual_tolerance) return;
-    }
-}
-
-void move_bodies(Context& c) {
-    c.report.rotor_calls += drift(c.bodies, c.island.body_begin, c.island.dynamic_end, c.h);
-    drift_kinematic(c.bodies, c.island.dynamic_end, c.island.body_end, c.h);
-}
-
-void close_substep(Context& c) {
+void close_substep(SiContext& c) {
     if (c.has_joints) close_joint_substep(c.joints, c.island.joints);
     if (c.has_contacts) close_contact_substep(c.contacts, c.island.contacts);
 }
 
 // Kick, then velocities that the drift may use without any error growing.
-void first_solve(Context& c) {
+void first_solve(SiContext& c) {
     kick(c.bodies, c.island.body_begin, c.island.dynamic_end, 0.5 * c.h);
     if (c.has_joints) {
         warm_start_first(c.joints, c.island.joints, c.bodies);
@@ -60,8 +24,43 @@ void first_solve(Context& c) {
         [&] { return sweep_contact_gaps(c.contacts, c.island.contacts, c.bodies, c.h); });
 }
 
-// Drift with the push on top of the velocities; the velocities are then as before, turned with the bodies.
-void pushed_drift(Context& c) {
+// The pyramid is swept with the normals, a block at a time; other friction models after them.
+Real sweep_velocities(SiContext& c) {
+    const SiModel& model = c.settings.model;
+    const bool pyramid = model.friction == FrictionModel::kPyramid || model.friction == FrictionModel::kPyramidFixed;
+    const Real change = sweep_contact_velocities(c.contacts, c.island.contacts, c.bodies, pyramid);
+    return pyramid ? change : std::max(change, sweep_frictions(c.contacts, c.island.contacts, c.bodies, model));
+}
+
+void second_solve(SiContext& c) {
+    kick(c.bodies, c.island.body_begin, c.island.dynamic_end, 0.5 * c.h);
+    if (c.has_joints) warm_start_second(c.joints, c.island.joints, c.bodies);
+    if (c.has_contacts) warm_start_second(c.contacts, c.island.contacts, c.bodies);
+    iterate(
+        c, c.settings.iterations, [&] { return sweep_joint_velocities(c.joints, c.island.joints, c.bodies); },
+        [&] { return sweep_velocities(c); });
+}
+
+void substep_split(SiContext& c) {
+    if (c.island.has_bounce) predict_bounces(c.contacts, c.island.contacts, c.bodies, c.h);
+    first_solve(c);
+    pushed_drift(c);
+    second_solve(c);
+}
+
+}  // namespace
+
+void move_bodies(SiContext& c) {
+    c.report.rotor_calls += drift(c.bodies, c.island.body_begin, c.island.dynamic_end, c.h);
+    drift_kinematic(c.bodies, c.island.dynamic_end, c.island.body_end, c.h);
+}
+
+void rebuild_rows(SiContext& c) {
+    if (c.has_joints) build_joints(c.joints, c.island.joints, c.bodies);
+    if (c.has_contacts) advance_blocks(c.contacts, c.island.contacts, c.bodies, c.h, c.settings.rebuild_angle);
+}
+
+void pushed_drift(SiContext& c) {
     const int begin = c.island.body_begin, end = c.island.dynamic_end;
     for (int i = begin; i < end; ++i) c.bodies.push[i] = c.bodies.velocity[i];
     if (c.has_joints) hold_joints(c.joints, c.island.joints);
@@ -74,84 +73,48 @@ void pushed_drift(Context& c) {
         push = {u.v - push.v, u.w - push.w};
     }
     move_bodies(c);
-    if (c.has_joints) build_joints(c.joints, c.island.joints, c.bodies);
-    if (c.has_contacts) {
-        advance_blocks(c.contacts, c.island.contacts, c.bodies, c.h, c.settings.rebuild_angle);
-        release_contacts(c.contacts, c.island.contacts);
-    }
+    rebuild_rows(c);
+    if (c.has_contacts) release_contacts(c.contacts, c.island.contacts);
     for (int i = begin; i < end; ++i) {
         c.bodies.velocity[i].v -= c.bodies.push[i].v;
         c.bodies.velocity[i].w -= c.bodies.push[i].w;
     }
 }
 
-void second_solve(Context& c) {
-    kick(c.bodies, c.island.body_begin, c.island.dynamic_end, 0.5 * c.h);
-    if (c.has_joints) warm_start_second(c.joints, c.island.joints, c.bodies);
-    if (c.has_contacts) warm_start_second(c.contacts, c.island.contacts, c.bodies);
-    iterate(
-        c, c.settings.iterations, [&] { return sweep_joint_velocities(c.joints, c.island.joints, c.bodies); },
-        [&] { return sweep_contact_velocities(c.contacts, c.island.contacts, c.bodies); });
-}
-
-void substep_split(Context& c) {
-    if (c.island.has_bounce) predict_bounces(c.contacts, c.island.contacts, c.bodies, c.h);
-    first_solve(c);
-    pushed_drift(c);
-    second_solve(c);
-    close_substep(c);
-}
-
-// The textbook: velocities with the bias in them, then positions by these velocities.
-void substep_target_velocity(Context& c) {
-    const BlockRange range = c.island.contacts;
-    const Real beta = c.settings.stabilisation == SiStabilisation::kNone ? 0 : c.settings.baumgarte;
-    if (c.island.has_bounce) predict_bounces(c.contacts, range, c.bodies, c.h);
-    kick(c.bodies, c.island.body_begin, c.island.dynamic_end, c.h);
-    if (c.has_joints) {
-        bias_joints_baumgarte(c.joints, c.island.joints, c.bodies, c.h, beta);
-        warm_start_all(c.joints, c.island.joints, c.bodies);
-    }
-    if (c.has_contacts) warm_start_all(c.contacts, range, c.bodies);
-    iterate(
-        c, c.settings.iterations, [&] { return sweep_joint_positions(c.joints, c.island.joints, c.bodies, {}); },
-        [&] { return sweep_contact_target_velocity(c.contacts, range, c.bodies, c.h, beta); });
-    move_bodies(c);
-    if (c.has_joints) build_joints(c.joints, c.island.joints, c.bodies);
-    if (c.has_contacts) advance_blocks(c.contacts, range, c.bodies, c.h, c.settings.rebuild_angle);
-    close_substep(c);
-}
-
-}  // namespace
-
 void SiReport::add(const SiReport& r) {
     contact_sweeps += r.contact_sweeps;
     joint_sweeps += r.joint_sweeps;
     rotor_calls += r.rotor_calls;
     residual = std::max(residual, r.residual);
+    natural_residual = std::max(natural_residual, r.natural_residual);
 }
 
 SiReport solve_island_si(SolverBodies& bodies, ContactPool& contacts, JointPool& joints, const SiIsland& island, Real dt,
                          const SiSettings& settings) {
-    Context c{bodies,
-              contacts,
-              joints,
-              island,
-              settings,
-              dt / settings.substeps,
-              island.contacts.begin < island.contacts.end,
-              !island.joints.empty(),
-              make_softness(settings.joint_h_omega, settings.joint_damping),
-              {}};
+    SiContext c{bodies,
+                contacts,
+                joints,
+                island,
+                settings,
+                dt / settings.substeps,
+                island.contacts.begin < island.contacts.end,
+                !island.joints.empty(),
+                make_softness(settings.joint_h_omega, settings.joint_damping),
+                {}};
     // A joint alone is solved by one sweep and may be rigid; joints that have to agree with others by sweeps may not.
     if (!c.has_contacts && island.joints.count() == 1) c.joint_soft = {};
     bodies.push.resize(bodies.velocity.size());
     for (int k = 0; k < settings.substeps; ++k) {
-        if (settings.stabilisation == SiStabilisation::kSplit) {
+        if (!settings.model.warm_start) {
+            scale_warm_start(contacts, island.contacts, 0);
+            scale_warm_start(joints, island.joints, 0);
+        }
+        if (settings.stabilisation == SiStabilisation::kSplit && !settings.model.is_textbook()) {
             substep_split(c);
         } else {
-            substep_target_velocity(c);
+            substep_textbook(c);
         }
+        close_substep(c);
     }
     return c.report;
 }

@@ -7,26 +7,35 @@
 //     drift h
 //     kick h/2 likewise, on the rows at the new poses
 //     second solve: G v = 0 (or a bounce), friction; λ >= 0 holds for the sum of both solves
-// Where the solves converge it is of 2nd order and exact under constant forces; a push leaves no velocity and no warm impulse behind.
+// The textbook's substep (si_textbook.cpp) takes every other stabilisation, and every model that SiModel::is_textbook() names: kick h, one
+// solve with the bias in it, drift h. There kSplit stands for the push alone, on top of that one solve.
+//
+// Where the solves converge, the default is of 2nd order and exact under constant forces; a push leaves no velocity and no warm impulse
+// behind.
 #pragma once
 
 #include "solver/contact_rows.hpp"
 #include "solver/joint_rows.hpp"
+#include "solver/si_model.hpp"
 
 namespace cairn {
 
-enum class SiStabilisation : std::uint8_t { kSplit, kTargetVelocity, kNone };
+using SiStabilisation = Stabilisation;
 
 struct SiSettings {
     int substeps = 4;
     int iterations = 2;              // most sweeps of a solve
     Real residual_tolerance = 1e-4;  // [m/s]; 0: always `iterations` sweeps
     SiStabilisation stabilisation = SiStabilisation::kSplit;
-    Real contact_push = 0.1;              // share of a penetration that a substep takes back
-    Real joint_h_omega = 2 * kPi * 0.25;  // soft joints: 2π f h
-    Real joint_damping = 0.5;             // ζ
-    Real baumgarte = 0.2;                 // β of kTargetVelocity
-    Real rebuild_angle = 1e-3;            // [rad]: rows are rebuilt once a body has turned by more since they were
+    Real contact_push = 0.1;                // share of a penetration that a substep takes back
+    Real joint_h_omega = 2 * kPi * 0.25;    // soft joints: 2π f h
+    Real joint_damping = 0.5;               // ζ
+    Real baumgarte = 0.2;                   // β of kTargetVelocity, and of joints in all of the textbook but kNone
+    Real contact_h_omega = 2 * kPi * 0.25;  // kSoft: 2π f h of penetrating contacts
+    Real contact_damping = 5;               // ζ
+    Real contact_max_push = 3;              // [m/s]
+    SiModel model;
+    Real rebuild_angle = 1e-3;  // [rad]: rows are rebuilt once a body has turned by more since they were
 };
 
 // The parts of the pools that belong to one island: its dynamic bodies, then its own copies of the kinematic bodies that it touches.
@@ -43,7 +52,8 @@ struct SiReport {
     std::uint64_t contact_sweeps = 0;
     std::uint64_t joint_sweeps = 0;
     std::uint64_t rotor_calls = 0;
-    Real residual = 0;  // [m/s]
+    Real residual = 0;          // [m/s], largest velocity change of a row in the last sweep
+    Real natural_residual = 0;  // [m/s], contact_residual() after the last solve; textbook substeps alone
     void add(const SiReport& r);
 };
 

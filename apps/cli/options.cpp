@@ -19,13 +19,6 @@ struct NamedSolver {
 constexpr NamedSolver kSolvers[kSolverChoices] = {
     {"auto", SolverChoice::kAuto}, {"si", SolverChoice::kSi}, {"direct", SolverChoice::kDirect}, {"rattle", SolverChoice::kRattle}};
 
-struct NamedStabilisation {
-    const char* name;
-    Stabilisation value;
-};
-constexpr NamedStabilisation kStabilisations[] = {
-    {"split", Stabilisation::kSplit}, {"target-velocity", Stabilisation::kTargetVelocity}, {"none", Stabilisation::kNone}};
-
 // The whole text as a number; false if it is not one.
 bool whole_number(std::string_view text, Real& out) {
     const std::from_chars_result read = std::from_chars(text.data(), text.data() + text.size(), out);
@@ -61,11 +54,12 @@ void add_run_options(CLI::App& command, RunArguments& a) {
         .add_option("--solver", a.solver,
                     "auto: chosen per island; si: sequential impulses; direct: islands with contacts; rattle: joints alone")
         ->capture_default_str();
-    command.add_option(
-        "--stabilisation", a.stabilisation,
-        with_default("How position errors are worked off: split, target-velocity or none", stabilisation_name(defaults.stabilisation)));
-    command.add_option("--residual-tolerance", a.residual_tolerance,
+    command.add_option("--stabilisation", a.stabilisation,
+                       with_default("How position errors are worked off: split, target-velocity, soft or none",
+                                    stabilisation_name(defaults.stabilisation)));
+    command.add_option("--residual-tolerance,--until", a.residual_tolerance,
                        with_default("A solve stops early once no row changes a velocity by more [m/s]", defaults.residual_tolerance));
+    add_model_options(command, a.model);
 }
 
 RunOptions run_options(const RunArguments& a) {
@@ -87,24 +81,15 @@ RunOptions run_options(const RunArguments& a) {
     options.threads = a.threads;
     if (a.sleep) options.sleep = *a.sleep == 1;
     options.residual_tolerance = a.residual_tolerance;
-    if (a.stabilisation.empty()) return options;
-    for (const NamedStabilisation& s : kStabilisations) {
-        if (a.stabilisation == s.name) options.stabilisation = s.value;
-    }
-    if (!options.stabilisation) throw_invalid("--stabilisation", a.stabilisation, "one of split, target-velocity, none");
+    if (!a.stabilisation.empty()) options.stabilisation = stabilisation_from(a.stabilisation);
+    options.model = model_from(a.model);
+    if (options.model && *options.solver == SolverChoice::kAuto) options.solver = SolverChoice::kSi;
     return options;
 }
 
 const char* solver_name(SolverChoice solver) {
     for (const NamedSolver& s : kSolvers) {
         if (solver == s.value) return s.name;
-    }
-    return "unknown";
-}
-
-const char* stabilisation_name(Stabilisation stabilisation) {
-    for (const NamedStabilisation& s : kStabilisations) {
-        if (stabilisation == s.value) return s.name;
     }
     return "unknown";
 }

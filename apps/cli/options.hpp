@@ -1,6 +1,7 @@
 // Command-line options that every command which runs scenes shares.
 #pragma once
 
+#include "apps/cli/model_options.hpp"
 #include "apps/cli/runner.hpp"
 
 #include <CLI/CLI.hpp>
@@ -22,6 +23,7 @@ struct RunArguments {
     std::optional<int> threads;
     std::optional<int> sleep;
     std::optional<double> residual_tolerance;
+    ModelArguments model;
 };
 
 void add_run_options(CLI::App& command, RunArguments& arguments);
@@ -30,6 +32,5 @@ void add_run_options(CLI::App& command, RunArguments& arguments);
 RunOptions run_options(const RunArguments& arguments);
 
 const char* solver_name(SolverChoice solver);
-const char* stabilisation_name(Stabilisation stabilisation);
 
 }  // namespace cairn::cli

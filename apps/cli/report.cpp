@@ -61,7 +61,8 @@ std::string runner_line(const Scene& scene, const RunResult& r, const std::vecto
     line["notes"] = r.steps > 0 ? warnings(scene, r) : std::vector<std::string>{};
     line["settings"] = {{"solver", solver_name(r.settings.solver)},
                         {"stabilisation", stabilisation_name(r.settings.stabilisation)},
-                        {"residual_tolerance", r.settings.residual_tolerance}};
+                        {"residual_tolerance", r.settings.residual_tolerance},
+                        {"model", model_names(r.settings.model)}};
     return line.dump();
 }
 

@@ -55,6 +55,7 @@ WorldSettings settings_from(const RunOptions& options) {
     if (options.threads) settings.threads = *options.threads;
     if (options.sleep) settings.sleep = *options.sleep;
     if (options.solver) settings.solver = *options.solver;
+    if (options.model) settings.model = *options.model;
     if (options.stabilisation) settings.stabilisation = *options.stabilisation;
     if (options.residual_tolerance) settings.residual_tolerance = *options.residual_tolerance;
     return settings;

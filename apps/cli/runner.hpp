@@ -19,6 +19,7 @@ struct RunOptions {
     std::optional<bool> sleep;
     std::optional<SolverChoice> solver;
     std::optional<Stabilisation> stabilisation;
+    std::optional<SiModel> model;
     std::optional<Real> residual_tolerance;  // [m/s]
 };
 

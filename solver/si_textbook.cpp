@@ -1,0 +1,72 @@
+// The substep of the textbook, with every model of solver/si_model.hpp.
+#include "solver/contact_models.hpp"
+#include "solver/reference_methods.hpp"
+#include "solver/si_context.hpp"
+
+namespace cairn {
+namespace {
+
+RowTargets targets_of(const SiContext& c) {
+    const SiSettings& s = c.settings;
+    RowTargets targets;
+    targets.h = c.h;
+    if (s.stabilisation == SiStabilisation::kTargetVelocity) targets.beta = s.baumgarte;
+    if (s.stabilisation == SiStabilisation::kSoft) {
+        targets.soft = make_softness(s.contact_h_omega, s.contact_damping);
+        targets.beta = targets.soft.rate;
+        targets.push = s.contact_max_push;
+    }
+    return targets;
+}
+
+// Sweeps until it is converged or has swept enough: normal impulses before tangential ones in each sweep.
+void solve(SiContext& c, const RowTargets& targets) {
+    const SiModel& model = c.settings.model;
+    const BlockRange range = c.island.contacts;
+    // The directions are of contact rows; joints would break them.
+    const bool accelerated = model.method == SweepMethod::kNncg && c.has_contacts && !c.has_joints;
+    int sweeps = 0;
+    Real gradient = 0;
+    if (accelerated) nncg_begin(c.contacts, range);
+    iterate(
+        c, c.settings.iterations, [&] { return sweep_joint_positions(c.joints, c.island.joints, c.bodies, {}); },
+        [&] {
+            const bool is_last = ++sweeps == c.settings.iterations;
+            const Real normals = sweep_normals(c.contacts, range, c.bodies, model, targets);
+            const Real change = std::max(normals, sweep_frictions(c.contacts, range, c.bodies, model));
+            // Nothing follows that would project λ back on its bounds.
+            if (accelerated && !is_last && change > c.settings.residual_tolerance) nncg_carry_on(c.contacts, range, c.bodies, gradient);
+            return change;
+        });
+    if (c.has_contacts) c.report.natural_residual = contact_residual(c.contacts, range, c.bodies, model, targets);
+}
+
+}  // namespace
+
+void substep_textbook(SiContext& c) {
+    const RowTargets targets = targets_of(c);
+    const SiStabilisation stabilisation = c.settings.stabilisation;
+    if (c.island.has_bounce) predict_bounces(c.contacts, c.island.contacts, c.bodies, c.h);
+    kick(c.bodies, c.island.body_begin, c.island.dynamic_end, c.h);
+    if (c.has_joints) {
+        const Real beta = stabilisation == SiStabilisation::kNone ? 0 : c.settings.baumgarte;
+        bias_joints_baumgarte(c.joints, c.island.joints, c.bodies, c.h, beta);
+        warm_start_all(c.joints, c.island.joints, c.bodies);
+    }
+    if (c.has_contacts) warm_start_all(c.contacts, c.island.contacts, c.bodies);
+    solve(c, targets);
+    if (stabilisation == SiStabilisation::kSplit) {
+        pushed_drift(c);
+    } else {
+        move_bodies(c);
+        rebuild_rows(c);
+    }
+    if (stabilisation != SiStabilisation::kSoft) return;
+    // The springs' velocity has done its work; what is left must not close gaps.
+    RowTargets rigid;
+    rigid.h = c.h;
+    if (c.has_joints) bias_joints_baumgarte(c.joints, c.island.joints, c.bodies, c.h, 0);
+    solve(c, rigid);
+}
+
+}  // namespace cairn
