@@ -18,7 +18,6 @@ struct PlacedShape {
 // What a pair of shapes remembers between queries. Plain data; the engine owns it, one per shape pair.
 struct PairCache {
     Vec3 axis = Vec3::Zero();    // last separating axis or contact normal, in A's shape frame, from B to A; zero: none yet
-    Vec3 seed = Vec3::Zero();    // first search direction for GJK, in A's shape frame
     bool separated = false;      // the last query found them farther apart than the margin along `axis`
 };
 

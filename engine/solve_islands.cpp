@@ -211,8 +211,9 @@ void solve_islands(WorldData& world, Real dt, StepReport& report) {
     if (world.islands.count() == 0) return;
     clear_rows(world);
     const SiSettings settings = si_settings(world.settings);
-    // Impulses of a substep scale with its length.
-    const Real scale = world.last_dt > 0 ? dt / world.last_dt : 1;
+    // Impulses of a substep scale with its length. Those of a far shorter one are rounding noise, which would be made great.
+    constexpr Real kMostGrowth = 1e3;
+    const Real growth = world.last_dt > 0 ? dt / world.last_dt : 1, scale = growth > kMostGrowth ? 0 : growth;
     SiReport solved;
     for (int i = 0; i < world.islands.count(); ++i) {
         const SiIsland island = build_island(world, i, dt);

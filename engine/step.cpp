@@ -10,7 +10,7 @@ namespace cairn {
 StepReport World::step(Real dt) noexcept {
     StepReport report;
     WorldData& world = impl_->data;
-    if (!(std::isfinite(dt) && dt > 0)) {
+    if (!(std::isfinite(dt) && dt >= world.settings.substeps * kLeastSubstep)) {
         report.ok = false;
         return report;
     }

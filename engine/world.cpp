@@ -2,7 +2,6 @@
 #include "engine/world.hpp"
 
 #include "engine/base/error.hpp"
-#include "engine/base/hash.hpp"
 #include "engine/world_impl.hpp"
 
 #include <cmath>
@@ -202,29 +201,6 @@ Real World::potential_energy() const {
         if (b.type == BodyType::kDynamic && b.alive) energy -= impl_->data.info[i].mass * impl_->data.settings.gravity.dot(b.X_WB.p);
     }
     return energy;
-}
-
-std::uint64_t World::hash() const {
-    Hasher h;
-    const WorldData& world = impl_->data;
-    h.add(world.time);
-    for (const Body& b : world.bodies) {
-        if (!b.alive) continue;
-        for (int k = 0; k < 3; ++k) h.add(b.X_WB.p[k]), h.add(b.v[k]), h.add(b.w[k]);
-        h.add(b.X_WB.q.w()), h.add(b.X_WB.q.x()), h.add(b.X_WB.q.y()), h.add(b.X_WB.q.z());
-        h.add(b.rest_time);
-        h.add(static_cast<Real>(b.asleep));
-    }
-    for (const Contact& c : world.contacts.slots())
-        for (int i = 0; c.alive && i < c.manifold_count; ++i)
-            for (int k = 0; k < c.manifold(i).count; ++k) {
-                const CachedPoint& p = c.manifold(i).points[k];
-                h.add(p.separation), h.add(p.warm_position), h.add(p.warm_velocity);
-                for (int d = 0; d < 3; ++d) h.add(p.warm_friction[d]);
-            }
-    for (const Joint& j : world.joints)
-        for (int k = 0; j.alive && k < 6; ++k) h.add(j.warm_first[k]), h.add(j.warm_second[k]);
-    return h.value();
 }
 
 }  // namespace cairn

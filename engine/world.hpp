@@ -52,7 +52,8 @@ public:
     void remove_body(BodyId body);  // and its joints
     void remove_joint(JointId joint);
 
-    // Advances by dt [s]. Never throws; a dt that is not finite and > 0 changes nothing and reports !ok.
+    // Advances by dt [s]. Never throws; a dt that is not finite, or whose substeps are shorter than kLeastSubstep, changes nothing and
+    // reports !ok.
     StepReport step(Real dt) noexcept;
 
     Real time() const;  // [s] since construction
@@ -87,7 +88,8 @@ public:
 
     Real kinetic_energy() const;    // [J], dynamic bodies
     Real potential_energy() const;  // [J], −Σ m g·x
-    // Hash of every state bit: equal hashes after equal calls.
+    // Hash of every bit that the next step depends on (poses, velocities, forces, flags, fat boxes, the whole manifold cache, joints,
+    // gravity, time) and of the impulses that the last one reported; not of names and settings. Equal hashes after equal calls.
     std::uint64_t hash() const;
 
 private:

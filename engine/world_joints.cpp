@@ -23,11 +23,19 @@ void check_definition(const JointDef& def, const std::string& who) {
     if (!is_finite(def.anchor_a)) throw Error(who + ".anchor_a: not finite");
     if (def.type == JointType::kDistance) {
         if (!is_finite(def.anchor_b)) throw Error(who + ".anchor_b: not finite");
-        const Real length = (def.anchor_a - def.anchor_b).norm();
-        if (!(length > 0)) throw_invalid(who + ": distance between the anchors", length, "> 0");
+        const Real length = (def.anchor_a - def.anchor_b).stableNorm();
+        if (!(length > 0 && length <= kMostJointArm))
+            throw_invalid(who + ": distance between the anchors [m]", length, "> 0 and at most 1e6");
     }
     if (def.type == JointType::kHinge || def.type == JointType::kSlider)
         if (!is_finite(def.axis) || !is_normalisable(def.axis.norm())) throw Error(who + ".axis: must be finite and neither zero nor huge");
+}
+
+void check_arm(const WorldData& world, const BodyId& id, const Vec3& anchor, const std::string& what) {
+    if (id.is_world() || world.bodies[id.index].type != BodyType::kDynamic) return;
+    const Real arm = (anchor - world.bodies[id.index].X_WB.p).stableNorm();
+    if (!(arm <= kMostJointArm))
+        throw_invalid(what + ": distance to the centre of mass of body \"" + world.info[id.index].name + "\" [m]", arm, "at most 1e6");
 }
 
 template <JointKind K>
@@ -55,6 +63,12 @@ JointId World::add_joint(const JointDef& def) {
     for (const BodyId& id : {def.body_a, def.body_b})
         if (!id.is_world()) dynamic |= impl_->body(id).type == BodyType::kDynamic;
     if (!dynamic) throw Error(who + ": neither body is dynamic, at least one must be");
+    check_arm(world, def.body_a, def.anchor_a, who + ".anchor_a");
+    if (def.type == JointType::kDistance) {
+        check_arm(world, def.body_b, def.anchor_b, who + ".anchor_b");
+    } else {
+        check_arm(world, def.body_b, def.anchor_a, who + ".anchor_a");
+    }
 
     Joint joint;
     joint.type = def.type;

@@ -7,6 +7,8 @@ namespace cairn {
 namespace {
 
 constexpr Real kInfinity = std::numeric_limits<Real>::infinity();
+// Sine of the least angle between a wanted tangent and the normal at which it still says a direction.
+constexpr Real kLeastTangent = 1e-3;
 
 template <typename Function>
 void for_each_point(const ContactPool& pool, BlockRange range, Function f) {
@@ -52,6 +54,25 @@ Real sweep(ContactPool& pool, BlockRange range, SolverBodies& bodies, bool with_
         change = std::max(change, delta * block.max_inv_mass);
     }
     return change;
+}
+
+// The first solve has no friction rows; it has half of the substep's friction from the warm start. A manifold that it ended without any
+// normal impulse has no friction either, and what the warm start gave goes back before the drift: after an impact that is followed by
+// nothing bodies would be carried on by it for a substep. Single points without impulse keep theirs: what few sweeps give to one corner of
+// a face they take from another.
+void return_warm_friction(ContactPool& pool, const ContactBlock& block, SolverBodies& bodies) {
+    for (int p = block.first; p < block.first + block.count; ++p)
+        if (pool.impulse[p].normal > 0) return;
+    BlockVelocity u(block, bodies);
+    for (int i = 0; i < block.count; ++i) {
+        PointImpulse& impulse = pool.impulse[block.first + i];
+        for (int j = 0; j < 2; ++j) {
+            const FrictionRow& row = pool.frictions[block.friction + 2 * i + j];
+            if (impulse.friction[j] != 0) u.apply(block, row.t, row, -impulse.friction[j]);
+            impulse.friction[j] = 0;
+        }
+    }
+    u.store(block, bodies);
 }
 
 // Adds the normal impulses that `normal_of` takes from the warm ones, and `friction_share` of the friction.
@@ -149,9 +170,11 @@ void build_block(ContactPool& pool, ContactBlock& block, const SolverBodies& bod
         if (block.frame != NormalFrame::kB) row.curvature -= n.dot(wb.cross(wb.cross(core_b)));
         if (block.friction < 0) continue;
         FrictionRow* friction = &pool.frictions[block.friction + 2 * i];
+        // Projecting leaves an error of 1e-16 of t along n; of what is left of t it may be a thousand times as much, no more. A slip may be
+        // slow: its direction counts, not its length.
         Vec3 t1 = friction[0].t - n * n.dot(friction[0].t);
         const Real length = t1.norm();
-        t1 = length > 1e-6 ? Vec3(t1 / length) : any_perpendicular(n);
+        t1 = length > kLeastTangent * friction[0].t.norm() ? Vec3(t1 / length) : any_perpendicular(n);
         const Vec3 t2 = n.cross(t1);
         static_cast<PointRow&>(friction[0]) = make_point_row(t1, r_a, r_b, a, b);
         static_cast<PointRow&>(friction[1]) = make_point_row(t2, r_a, r_b, a, b);
@@ -200,8 +223,12 @@ void warm_start_all(ContactPool& pool, BlockRange range, SolverBodies& bodies) {
     warm_start(pool, range, bodies, 1, [](const WarmImpulse& warm, Real) { return warm.position + warm.velocity; });
 }
 
-void hold_contacts(ContactPool& pool, BlockRange range) {
-    for_each_point(pool, range, [&](int p) { pool.normals[p].held_impulse = pool.impulse[p].normal; });
+void hold_contacts(ContactPool& pool, BlockRange range, SolverBodies& bodies) {
+    for (int k = range.begin; k < range.end; ++k) {
+        const ContactBlock& block = pool.blocks[k];
+        for (int p = block.first; p < block.first + block.count; ++p) pool.normals[p].held_impulse = pool.impulse[p].normal;
+        if (block.friction >= 0) return_warm_friction(pool, block, bodies);
+    }
 }
 
 void release_contacts(ContactPool& pool, BlockRange range) {

@@ -62,12 +62,10 @@ void rebuild_rows(SiContext& c) {
 
 void pushed_drift(SiContext& c) {
     const int begin = c.island.body_begin, end = c.island.dynamic_end;
-    for (int i = begin; i < end; ++i) c.bodies.push[i] = c.bodies.velocity[i];
     if (c.has_joints) hold_joints(c.joints, c.island.joints);
-    if (c.has_contacts) {
-        hold_contacts(c.contacts, c.island.contacts);
-        push_contacts(c.contacts, c.island.contacts, c.bodies, c.h, c.settings.contact_push);
-    }
+    if (c.has_contacts) hold_contacts(c.contacts, c.island.contacts, c.bodies);
+    for (int i = begin; i < end; ++i) c.bodies.push[i] = c.bodies.velocity[i];
+    if (c.has_contacts) push_contacts(c.contacts, c.island.contacts, c.bodies, c.h, c.settings.contact_push);
     for (int i = begin; i < end; ++i) {
         BodyVelocity &push = c.bodies.push[i], &u = c.bodies.velocity[i];
         push = {u.v - push.v, u.w - push.w};

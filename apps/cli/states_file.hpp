@@ -9,7 +9,8 @@
 
 namespace cairn::cli {
 
-// Writes beside the file and renames at the end, so that a file by this name is always whole; a device or pipe is written to directly.
+// Writes to PATH.partPID and renames at the end, so that a file by this name is always whole. What is no regular file (a device, a pipe,
+// /dev/stdout and the like) is written to directly and never renamed over.
 class StatesFile {
 public:
     // Throws Error if it cannot be opened for writing.

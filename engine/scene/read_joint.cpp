@@ -42,11 +42,27 @@ void check_sides(const SceneJoint& joint, const std::vector<BodyDef>& bodies, Mi
     if (!moves(joint.body_a) && !moves(joint.body_b)) mistakes.add("body_a and body_b, must be at least one dynamic body");
 }
 
-void read_distance(ObjectReader& reader, JointDef& def, Mistakes& mistakes) {
+// An anchor that is too far from the dynamic body it belongs to is a mistake (engine/joint.hpp: kMostJointArm).
+void check_arm(std::string_view key, const Vec3& anchor, const std::optional<std::size_t>& side, const std::vector<BodyDef>& bodies,
+               Mistakes& mistakes) {
+    if (!side || bodies[*side].type != BodyType::kDynamic) return;
+    const Real arm = (anchor - bodies[*side].position).stableNorm();
+    if (arm <= kMostJointArm) return;
+    Mistakes::Scope in(mistakes, key);
+    mistakes.add(quoted(Json(arm)) + " m from " + quoted(Json(bodies[*side].name)) + ", must be at most 1e6 m");
+}
+
+void read_distance(ObjectReader& reader, SceneJoint& joint, const std::vector<BodyDef>& bodies, Mistakes& mistakes) {
+    JointDef& def = joint.def;
     reader.refuse("anchor", "a distance joint has anchor_a and anchor_b instead");
     const bool a = reader.vec3("anchor_a", def.anchor_a, Need::kRequired);
     const bool b = reader.vec3("anchor_b", def.anchor_b, Need::kRequired);
-    if (a && b && !((def.anchor_a - def.anchor_b).norm() > 0)) mistakes.add("anchor_a and anchor_b are the same point, must be apart");
+    if (!a || !b) return;
+    const Real length = (def.anchor_a - def.anchor_b).stableNorm();
+    if (!(length > 0)) mistakes.add("anchor_a and anchor_b are the same point, must be apart");
+    if (!(length <= kMostJointArm)) mistakes.add("anchor_a and anchor_b are " + quoted(Json(length)) + " m apart, must be at most 1e6 m");
+    check_arm("anchor_a", def.anchor_a, joint.body_a, bodies, mistakes);
+    check_arm("anchor_b", def.anchor_b, joint.body_b, bodies, mistakes);
 }
 
 }  // namespace
@@ -67,9 +83,12 @@ SceneJoint read_joint(const Json& value, const BodyNames& names, const std::vect
     if (!has_type) return joint;  // without the type nobody knows which other keys belong here
     def.type = kTypes[type];
     if (def.type == JointType::kDistance) {
-        read_distance(reader, def, mistakes);
+        read_distance(reader, joint, bodies, mistakes);
     } else {
-        reader.vec3("anchor", def.anchor_a, Need::kRequired);
+        if (reader.vec3("anchor", def.anchor_a, Need::kRequired)) {
+            check_arm("anchor", def.anchor_a, joint.body_a, bodies, mistakes);
+            check_arm("anchor", def.anchor_a, joint.body_b, bodies, mistakes);
+        }
         def.anchor_b = def.anchor_a;
         for (const char* key : {"anchor_a", "anchor_b"}) reader.refuse(key, "only a distance joint has one; this one has anchor");
     }

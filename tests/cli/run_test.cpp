@@ -1,9 +1,12 @@
 #include "tests/cli/program.hpp"
 #include "tests/support/catch.hpp"
 
+#include <sys/stat.h>
+#include <unistd.h>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <cstdlib>
 #include <filesystem>
 #include <sstream>
 #include <vector>
@@ -187,6 +190,46 @@ TEST_CASE("a full disk is told, not passed over") {
     CHECK(r.exit_code == 2);
     CHECK(r.err.find("--states: /dev/full: cannot be written: No space left on device") != std::string::npos);
     CHECK(std::filesystem::is_character_file("/dev/full"));  // still the device
+}
+
+TEST_CASE("states go through a named pipe, which stays one") {
+    const SceneFile scene(kBall);
+    const std::string pipe = scene.folder.file("pipe"), read = scene.folder.file("read");
+    REQUIRE(::mkfifo(pipe.c_str(), 0600) == 0);
+    REQUIRE(std::system(("timeout 60 cat \"" + pipe + "\" >\"" + read + "\" &").c_str()) == 0);
+    REQUIRE(run_cairn("run " + scene.path + " --quiet --states " + pipe).exit_code == 0);
+    CHECK(std::filesystem::is_fifo(pipe));
+    // The reader ends when the writer has; it may need a moment for its last bytes.
+    for (int k = 0; k < 1000 && lines_of(read_text(read)).size() < 11; ++k) ::usleep(10'000);
+    CHECK(lines_of(read_text(read)).size() == 1 + 2 * 5);
+    CHECK(std::distance(std::filesystem::directory_iterator(scene.folder.path()), {}) == 3);  // no part of a file
+}
+
+TEST_CASE("states go to standard output, whether that is a pipe or a file, and the runner line comes after them") {
+    const SceneFile scene(kBall);
+    for (const char* path : {"/dev/stdout", "/dev/fd/1"}) {
+        CAPTURE(path);
+        const ProgramResult to_file = run_cairn("run " + scene.path + " --json --states " + path);
+        const ProgramResult to_pipe = run_cairn("run " + scene.path + " --json --states " + path + " | cat");
+        for (const ProgramResult& r : {to_file, to_pipe}) {
+            CHECK(r.exit_code == 0);
+            const std::vector<std::string> lines = lines_of(r.out);
+            REQUIRE(lines.size() == 1 + 2 * 5 + 1);
+            CHECK(lines.front() == "t,body,px,py,pz,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz");
+            CHECK(nlohmann::json::parse(lines.back()).at("scene") == "drop");
+        }
+    }
+    CHECK(run_cairn("run " + scene.path + " --quiet --states /dev/fd/77").exit_code == 2);
+}
+
+TEST_CASE("a symbolic link for the states stays a link, and what it names is written") {
+    const SceneFile scene(kBall);
+    const std::string real = scene.folder.file("real.csv"), link = scene.folder.file("link.csv");
+    write_text(real, "old");
+    std::filesystem::create_symlink(real, link);
+    REQUIRE(run_cairn("run " + scene.path + " --quiet --states " + link).exit_code == 0);
+    CHECK(std::filesystem::is_symlink(link));
+    CHECK(lines_of(read_text(real)).size() == 1 + 2 * 5);
 }
 
 TEST_CASE("a feature that is missing exits with 3, is named, and runs nothing") {

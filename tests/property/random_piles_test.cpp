@@ -110,8 +110,8 @@ TEST_CASE("contacts conserve the angular momentum of an isolated system") {
     CHECK((angular_momentum(world) - before).norm() < 1e-3 * scale);
 }
 
-TEST_CASE("to every impulse on a body there is the opposite one: a pair of bodies changes its momentum by nothing", "[!mayfail]") {
-    const auto seed = GENERATE(range(1u, 13u));
+TEST_CASE("to every impulse on a body there is the opposite one: a pair of bodies changes its momentum by nothing") {
+    const auto seed = GENERATE(range(1u, 13u), value(221u));
     CAPTURE(seed);
     Random r(seed);
     World world(no_gravity());
@@ -138,7 +138,9 @@ TEST_CASE("to every impulse on a body there is the opposite one: a pair of bodie
                     (m.body_a == ids[0] ? 1 : -1) * (p.normal_impulse * m.n + p.friction_impulse[0] * p.t1 + p.friction_impulse[1] * p.t2);
             }
         touched |= impulse.norm() > 0;
-        // n turns with the body that owns it during the step, by ω dt; the view has the one of its start.
+        // n turns with the body that owns it during the step, by ω dt; the view has the one of its start. (Seed 221: friction of an impact
+        // that the substep after it kept for half of itself, with nothing to hold it. In one or two of a hundred seeds an impulse that the
+        // first solve gives and the second takes back along the turned n is over this bound; it is of second order in the step.)
         const Real turned = kStep * std::max(spin, fastest_spin());
         CAPTURE(step, impulse.transpose(), (p1[0] - p0[0]).transpose(), spin, world.manifolds().size());
         CHECK((p1[0] - p0[0] - impulse).norm() <= turned * impulse.norm() + 1e-12 * p0[0].norm());
