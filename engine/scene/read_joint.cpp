@@ -1,6 +1,8 @@
 #include "engine/scene/detail/parts.hpp"
 #include "engine/scene/detail/reader.hpp"
 
+#include <cstdio>
+
 namespace cairn::scene_detail {
 
 namespace {
@@ -42,6 +44,12 @@ void check_sides(const SceneJoint& joint, const std::vector<BodyDef>& bodies, Mi
     if (!moves(joint.body_a) && !moves(joint.body_b)) mistakes.add("body_a and body_b, must be at least one dynamic body");
 }
 
+std::string metres(Real x) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.3g m", x);
+    return text;
+}
+
 // An anchor that is too far from the dynamic body it belongs to is a mistake (engine/joint.hpp: kMostJointArm).
 void check_arm(std::string_view key, const Vec3& anchor, const std::optional<std::size_t>& side, const std::vector<BodyDef>& bodies,
                Mistakes& mistakes) {
@@ -49,7 +57,7 @@ void check_arm(std::string_view key, const Vec3& anchor, const std::optional<std
     const Real arm = (anchor - bodies[*side].position).stableNorm();
     if (arm <= kMostJointArm) return;
     Mistakes::Scope in(mistakes, key);
-    mistakes.add(quoted(Json(arm)) + " m from " + quoted(Json(bodies[*side].name)) + ", must be at most 1e6 m");
+    mistakes.add(metres(arm) + " from " + quoted(Json(bodies[*side].name)) + ", must be at most 1e6 m");
 }
 
 void read_distance(ObjectReader& reader, SceneJoint& joint, const std::vector<BodyDef>& bodies, Mistakes& mistakes) {
@@ -60,7 +68,7 @@ void read_distance(ObjectReader& reader, SceneJoint& joint, const std::vector<Bo
     if (!a || !b) return;
     const Real length = (def.anchor_a - def.anchor_b).stableNorm();
     if (!(length > 0)) mistakes.add("anchor_a and anchor_b are the same point, must be apart");
-    if (!(length <= kMostJointArm)) mistakes.add("anchor_a and anchor_b are " + quoted(Json(length)) + " m apart, must be at most 1e6 m");
+    if (!(length <= kMostJointArm)) mistakes.add("anchor_a and anchor_b are " + metres(length) + " apart, must be at most 1e6 m");
     check_arm("anchor_a", def.anchor_a, joint.body_a, bodies, mistakes);
     check_arm("anchor_b", def.anchor_b, joint.body_b, bodies, mistakes);
 }
