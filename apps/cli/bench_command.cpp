@@ -1,15 +1,17 @@
+#include "apps/cli/bench/compare.hpp"
+#include "apps/cli/bench/verdict.hpp"
 #include "apps/cli/commands.hpp"
-#include "apps/cli/generate.hpp"
 #include "apps/cli/options.hpp"
 #include "apps/cli/progress.hpp"
 #include "apps/cli/report.hpp"
-#include "apps/cli/shipped_scenes.hpp"
-#include "apps/cli/truths.hpp"
 
 #include "engine/base/error.hpp"
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+#include <map>
 #include <memory>
 
 namespace cairn::cli {
@@ -17,98 +19,157 @@ namespace cairn::cli {
 namespace {
 
 struct Arguments {
-    RunArguments run;
-    std::string filter;
-    bool quick = false;
+    BenchRequest request;
+    std::string out;
+    std::string compare;
+    CompareLimits limits;
+    int repeats = 0;  // 0: as the size says
+    double timeout = 120;
+    int sleep = 0;
+    bool mixed = false;
 };
 
-// Too large for files; from the generator, with its first seed.
-struct Large {
-    const char* kind;
-    int count;
-};
-constexpr Large kLarge[] = {{"pyramid", 40}, {"pile", 2000}, {"ragdolls", 50}};
-constexpr std::size_t kQuickBodies = 30;
-
-// The scenes whose name holds the filter, shipped ones first.
-std::vector<Scene> chosen_scenes(const Arguments& arguments) {
-    std::vector<Scene> scenes;
-    const auto wanted = [&](const std::string& name) { return name.find(arguments.filter) != std::string::npos; };
-    for (const std::string& name : shipped_scene_names()) {
-        if (!wanted(name)) continue;
-        Scene scene = load_scene(find_scene(name));
-        if (!arguments.quick || scene.bodies.size() <= kQuickBodies) scenes.push_back(std::move(scene));
-    }
-    if (arguments.quick) return scenes;
-    for (const Large& large : kLarge) {
-        if (!wanted(std::string(large.kind) + "_" + std::to_string(large.count))) continue;
-        const GeneratedScene made = generate_scene(generator(large.kind), large.count, 1);
-        scenes.push_back(parse_scene(made.text, made.name));
-    }
-    return scenes;
+int repeats_of(const Arguments& a) {
+    if (a.repeats > 0) return a.repeats;
+    return a.request.quick ? 3 : 5;
 }
 
-std::string truth_text(const Scene& scene, const History& history) {
-    const TruthFunction truth = truth_of(scene.name);
-    if (truth == nullptr) return fmt::format("{:>10}  {}", "-", "-");
-    const TruthError error = truth(scene, history);
-    return fmt::format("{:>10.2e}  {}{}", error.value, error.what,
-                       std::string(error.unit) == "1" ? "" : std::string(" [") + error.unit + "]");
+// Every case once, then every case again, so that a slow spell of the machine meets all engines alike.
+void run_all(const std::vector<BenchCase>& cases, const Arguments& a, ResultFolder& folder) {
+    double all = 0, done = 0;
+    const int repeats = repeats_of(a);
+    for (const BenchCase& c : cases) all += repeats * c.cost();
+    Progress progress(true);
+    for (int repeat = 0; repeat < repeats; ++repeat) {
+        for (const BenchCase& c : cases) {
+            if (folder.done(c.id()) <= repeat) {
+                BenchRow& row = folder.row(c.id());
+                run_case(c, a.timeout, row);
+                folder.keep(row);
+            }
+            done += c.cost();
+            progress.update(static_cast<long>(1e6 * done / all), 1'000'000);
+        }
+    }
 }
 
-// Runs one scene and prints its row; false if the run reported a failure.
-bool bench_scene(const Scene& scene, const RunOptions& options) {
-    if (const std::vector<std::string> missing = unsupported_features(scene); !missing.empty()) {
-        fmt::print("{:<16} not supported: {}\n", scene.name, missing.front());
-        return true;
+void print_table(const std::vector<const BenchRow*>& rows) {
+    fmt::print("{:<18} {:>6} {:<14} {:<7} {:>6} {:>4} {:>4} {:>10} {:>6} {:>10}  {}\n", "scene", "bodies", "engine", "solver", "dt", "sub",
+               "it", "per step", "spread", "error", "of");
+    for (const BenchRow* r : rows) {
+        const auto number = [](int x) { return x > 0 ? std::to_string(x) : std::string("-"); };
+        const std::string error = std::isfinite(r->error) ? fmt::format("{:.2e}", r->error) : "-";
+        const std::string of = r->metric + (r->unit.empty() || r->unit == "1" ? "" : " [" + r->unit + "]");
+        const std::string note = r->status == "ok" ? of : fmt::format("{}: {}", r->status, r->note);
+        fmt::print("{:<18} {:>6} {:<14} {:<7} {:>6} {:>4} {:>4} {:>10} {:>5.0f}% {:>10}  {}\n", r->scene, r->bodies, r->engine, r->solver,
+                   r->dt_text, number(r->substeps), number(r->iterations), r->walls.empty() ? "-" : readable_time(r->step_median()),
+                   100 * r->spread(), error, note);
+        if (!r->same_states) fmt::print("{:<18}   warning: its repeats did not have the same states\n", "");
     }
-    History history;
-    const SampleCallback on_sample = [&](Real t, const SceneWorld& built) {
-        history.t.push_back(t);
-        std::vector<BodyState>& states = history.states.emplace_back();
-        for (const BodyId id : built.ids) states.push_back(built.world.state(id));
+}
+
+void print_settings(const std::vector<const BenchRow*>& rows) {
+    std::map<std::string, const BenchRow*> first;
+    for (const BenchRow* r : rows) {
+        if (r->settings.empty() || r->substeps != 0 || r->iterations != 0) continue;
+        first.emplace(r->engine, r);
+    }
+    for (const auto& [engine, r] : first) fmt::print("{} {} ({} bits): {}\n", engine, r->version, r->precision, r->settings);
+}
+
+int print_comparison(const Arguments& a, const std::vector<BenchRow>& now) {
+    Machine machine;
+    const std::vector<BenchRow> before = read_result_file(a.compare, machine);
+    const Comparison c = compare_results(before, now, a.limits);
+    fmt::print("\nCompared with {} (commit {}, {}): {} cases\n", a.compare, machine.commit, machine.cpu, c.compared);
+    const auto list = [](const char* what, const std::vector<std::string>& lines) {
+        if (!lines.empty()) fmt::print("{}:\n  {}\n", what, fmt::join(lines, "\n  "));
     };
-    RunResult r;
-    {
-        Progress progress(true);
-        r = run_scene(scene, options, on_sample, [&](long done, long all) { progress.update(done, all); });
-    }
-    fmt::print("{:<16} {:>6} {:>6} {:>10} {:>10.2e} {:>10.2e} {:>6}  {}\n", scene.name, scene.bodies.size(), r.steps,
-               readable_time(r.wall_median_step), r.max_penetration, r.energy_max - r.energy_start, r.fcl_failures,
-               truth_text(scene, history));
-    for (const std::string& warning : warnings(scene, r)) fmt::print("{:<16}   warning: {}\n", "", warning);
-    std::fflush(stdout);
-    return r.ok;
+    list("less accurate", c.worse);
+    list("more accurate", c.better);
+    list("slower", c.slower);
+    if (c.compared == 0) throw Error("--compare: " + a.compare + ": has none of these cases");
+    if (c.worse.empty()) fmt::print("none got less accurate by more than {:.0f} %\n", 100 * a.limits.accuracy);
+    return c.worse.empty() ? kSuccess : kRunFailed;
 }
 
-int bench(const Arguments& arguments) {
-    const RunOptions options = run_options(arguments.run);
-    const std::vector<Scene> scenes = chosen_scenes(arguments);
-    if (scenes.empty()) throw_invalid("--filter", arguments.filter, "part of the name of a scene (see: cairn list)");
-    const WorldSettings settings = settings_from(options);
-    fmt::print("dt {:.6g} s, {} substeps, {} iterations, {} threads, sleep {}\n", options.dt, settings.substeps, settings.iterations,
-               settings.threads, settings.sleep ? "on" : "off");
-    fmt::print("{:<16} {:>6} {:>6} {:>10} {:>10} {:>10} {:>6} {:>10}  {}\n", "scene", "bodies", "steps", "per step", "depth [m]",
-               "rise [J]", "failed", "error", "of");
+int bench(Arguments& a) {
+    if (a.request.quick && a.request.full) throw Error("--quick and --full: one of them");
+    a.request.sleep = a.sleep == 1;
+    const std::vector<BenchCase> cases = plan_cases(a.request);
+    const Machine machine = this_machine();
+    ResultFolder folder(a.out, machine, a.mixed);
+    fmt::print("{} cases, {} repeats; {}, {} cores; {} {}; commit {}\n", cases.size(), repeats_of(a), machine.cpu, machine.cores,
+               machine.compiler, machine.flags, machine.commit);
+    std::fflush(stdout);
+    run_all(cases, a, folder);
+    std::vector<const BenchRow*> rows;
+    std::vector<BenchRow> copies;
+    std::vector<std::string> order;
     bool ok = true;
-    for (const Scene& scene : scenes) ok = bench_scene(scene, options) && ok;
-    return ok ? kSuccess : kRunFailed;
+    for (const BenchCase& c : cases) {
+        const BenchRow& row = folder.row(c.id());
+        rows.push_back(&row);
+        copies.push_back(row);
+        order.push_back(row.id);
+        const bool own_fault = row.engine == "cairn" && (row.status == "crashed" || row.status == "timeout" || !row.same_states);
+        ok = ok && !own_fault;
+    }
+    folder.finish(order);
+    for (const std::string& win : wins_of_others(copies)) fmt::print("{}\n", win);
+    print_table(rows);
+    print_settings(rows);
+    if (!a.out.empty()) fmt::print("results: {0}/results.csv, {0}/results.json; a page with plots: cairn report {0}\n", a.out);
+    const int compared = a.compare.empty() ? static_cast<int>(kSuccess) : print_comparison(a, copies);
+    return ok ? compared : static_cast<int>(kRunFailed);
+}
+
+void add_options(CLI::App& command, Arguments& a) {
+    BenchRequest& r = a.request;
+    command.add_option("--filter", r.filter, "Only scenes with this in their name");
+    command.add_option("--scene", r.scenes, "This scene: a name or a file; may be given again")->allow_extra_args(false);
+    command.add_option("--scenes", r.folder, "All scene files of this folder");
+    command.add_flag("--quick", r.quick, "Only scenes of at most 30 bodies, two steps, 3 repeats: under a minute");
+    command.add_flag("--full", r.full, "All solvers, five steps, several substeps and iterations: hours");
+    command.add_option("--engines", r.engines,
+                       fmt::format("List of engines (of {}); default: cairn and the best of each", fmt::join(engine_names(), ", ")));
+    command.add_option("--engine", r.external, "NAME=PATH of a program that follows the runner protocol; may be given again")
+        ->allow_extra_args(false);
+    command.add_option("--dt", r.dt, "List of steps [s], as in 1/60,1/240");
+    command.add_option("--substeps", r.substeps, "List of substeps of a step; `default`: the engine's own");
+    command.add_option("--iterations", r.iterations, "List of most sweeps of a solve; `default`: the engine's own");
+    command.add_option("--solver", r.solvers, "List of Cairn's solvers: auto, si, direct, rattle");
+    command.add_option("--residual-tolerance", r.tolerances, "List of tolerances of Cairn's solves [m/s]");
+    command.add_option("--threads", r.threads, "Threads of Cairn; the others run on one")->capture_default_str();
+    command.add_option("--sleep", a.sleep, "1: bodies at rest fall asleep, in every engine")
+        ->check(CLI::Range(0, 1))
+        ->capture_default_str();
+    command.add_option("--repeats", a.repeats, "Runs of each case, in turn; default 5, with --quick 3")->check(CLI::Range(1, 1000));
+    command.add_option("--timeout", a.timeout, "Longest run [s]")->check(CLI::PositiveNumber)->capture_default_str();
+    command.add_option("--out", a.out, "Folder for results; a broken benchmark goes on where it stopped");
+    command.add_flag("--mixed", a.mixed, "Add to results of another commit or machine");
+    command.add_option("--shard", r.shard, "I/N: the I-th part of N; cairn report merges the folders");
+    command.add_option("--compare", a.compare, "results.json of an older benchmark; fails if something got less accurate");
+    command.add_option("--threshold", a.limits.accuracy, "Share by which an error may grow")
+        ->check(CLI::NonNegativeNumber)
+        ->capture_default_str();
 }
 
 }  // namespace
 
 void add_bench_command(CLI::App& app, int& exit_code) {
-    CLI::App* command = app.add_subcommand("bench", "Run many scenes and print a table of times and errors");
+    CLI::App* command =
+        app.add_subcommand("bench", "Run time against error: scenes, engines, solvers and steps, against what is known of each scene");
     const std::shared_ptr<Arguments> arguments = std::make_shared<Arguments>();
-    command->add_option("--filter", arguments->filter, "Only scenes with this in their name");
-    command->add_flag("--quick", arguments->quick, "Only scenes of at most 30 bodies");
-    add_run_options(*command, arguments->run);
+    add_options(*command, *arguments);
     command->footer(
-        "per step: median time of a step.  depth: deepest contact at the start of any step.  rise: most that the energy rose over its\n"
-        "start.  failed: narrow-phase queries.  error: against what is known in closed form (relative, where no unit is given).\n"
+        "per step: median time of a step, and over repeats.  spread: of the repeats' total times.  error: against a closed form, a "
+        "reference\n"
+        "integrated beside the run, or what every exact motion keeps (docs/benchmarks.md); relative where no unit is given.\n"
         "Examples:\n"
         "  cairn bench --quick\n"
-        "  cairn bench --filter slide --dt 1/240");
+        "  cairn bench --filter slide --dt 1/60,1/120,1/240 --engines cairn,bullet64\n"
+        "  cairn bench --full --out results --shard 3/8");
     command->callback([arguments, &exit_code] { exit_code = bench(*arguments); });
 }
 

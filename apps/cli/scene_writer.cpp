@@ -54,6 +54,10 @@ SceneWriter::SceneWriter(const std::string& name, const std::string& description
     head_["sample_interval"] = rounded(sample_interval);
 }
 
+void SceneWriter::gravity(const Vec3& g) {
+    head_["gravity"] = rounded(g);
+}
+
 void SceneWriter::ground(Real friction) {
     OrderedJson plane{{"type", "plane"}, {"normal", {0, 0, 1}}, {"offset", 0}};
     fixed("ground", Vec3::Zero(), plane)["friction"] = rounded(friction);
@@ -91,6 +95,12 @@ OrderedJson& SceneWriter::dynamic(const std::string& name, Real mass, const Vec3
 
 OrderedJson& SceneWriter::fixed(const std::string& name, const Vec3& position, const OrderedJson& shape) {
     OrderedJson& b = body(name, "static", position, Quat::Identity());
+    b["shapes"] = OrderedJson::array({shape});
+    return b;
+}
+
+OrderedJson& SceneWriter::kinematic(const std::string& name, const Vec3& position, const OrderedJson& shape) {
+    OrderedJson& b = body(name, "kinematic", position, Quat::Identity());
     b["shapes"] = OrderedJson::array({shape});
     return b;
 }

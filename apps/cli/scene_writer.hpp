@@ -24,6 +24,7 @@ class SceneWriter {
 public:
     SceneWriter(const std::string& name, const std::string& description, Real duration, Real sample_interval);
 
+    void gravity(const Vec3& g);  // [m/s²]; else 9.81 along −z
     // The half-space z <= 0.
     void ground(Real friction);
     // Ground, and four walls around the square |x|, |y| <= half_width.
@@ -32,6 +33,8 @@ public:
     OrderedJson& dynamic(const std::string& name, Real mass, const Vec3& position, const OrderedJson& shape,
                          const Quat& rotation = Quat::Identity());
     OrderedJson& fixed(const std::string& name, const Vec3& position, const OrderedJson& shape);
+    // Moves as its `motion` or its velocities say; set them on what this returns.
+    OrderedJson& kinematic(const std::string& name, const Vec3& position, const OrderedJson& shape);
     // body_a: empty for the world.
     OrderedJson& joint(const std::string& type, const std::string& body_a, const std::string& body_b, const Vec3& anchor);
 

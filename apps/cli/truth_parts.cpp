@@ -3,6 +3,7 @@
 #include "collision/mass_properties.hpp"
 #include "engine/base/error.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace cairn::cli {
@@ -22,7 +23,10 @@ Vec3 ground_normal(const Scene& scene) {
             if (shape.type == ShapeType::kPlane) return body.rotation * shape.normal;
         }
     }
-    throw Error(scene.name + ": bodies, must be one with a plane");
+    for (const BodyDef& body : scene.bodies) {
+        if (body.type == BodyType::kStatic) return -scene.gravity.normalized();
+    }
+    throw Error(scene.name + ": bodies, must be a static one");
 }
 
 Real ground_friction(const Scene& scene, std::size_t body) {
@@ -42,6 +46,17 @@ Real rolling_factor(const BodyDef& body, const Vec3& axis_W) {
     const Vec3 axis_B = body.rotation.conjugate() * axis_W;
     const Real radius = body.shapes.at(0).radius;
     return axis_B.dot(body_inertia(body) * axis_B) / (body.mass * radius * radius);
+}
+
+Real angle_between(const Quat& a, const Quat& b) {
+    const Quat turn = a.normalized().conjugate() * b.normalized();
+    return 2 * std::atan2(turn.vec().norm(), std::abs(turn.w()));
+}
+
+Real median(std::vector<Real> x) {
+    std::sort(x.begin(), x.end());
+    const std::size_t half = x.size() / 2;
+    return x.size() % 2 == 1 ? x[half] : (x[half - 1] + x[half]) / 2;
 }
 
 }  // namespace cairn::cli

@@ -8,7 +8,7 @@ namespace cairn::cli {
 // Indices of the dynamic bodies.
 std::vector<std::size_t> dynamic_bodies(const Scene& scene);
 
-// Unit normal of the first static plane, world frame. Throws Error if there is none.
+// Unit normal of the first static plane, world frame; of level ground where there is no plane but a static body.
 Vec3 ground_normal(const Scene& scene);
 
 // Coefficient of friction of body i on the first static body that has a shape: √(μ_a μ_b). Throws Error if there is none.
@@ -20,5 +20,11 @@ Mat3 body_inertia(const BodyDef& body);
 // Inertia about the shape's axis of rotation over m r², r the radius of the body's first shape: 2/5 of a ball, 1/2 of a cylinder lying
 // down. `axis_W` [unit] is the axis that it turns about.
 Real rolling_factor(const BodyDef& body, const Vec3& axis_W);
+
+// Angle of the rotation that takes a to b, in [0, π].
+Real angle_between(const Quat& a, const Quat& b);
+
+// The median; of two in the middle their mean. `x` must not be empty.
+Real median(std::vector<Real> x);
 
 }  // namespace cairn::cli

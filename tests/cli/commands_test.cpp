@@ -5,7 +5,7 @@
 #include <filesystem>
 
 TEST_CASE("help explains with examples and exits with 0") {
-    for (const char* command : {"run", "list", "scenes", "bench"}) {
+    for (const char* command : {"run", "list", "scenes", "bench", "stress", "report"}) {
         const ProgramResult r = run_cairn(std::string(command) + " --help");
         CAPTURE(command, r.out);
         CHECK(r.exit_code == 0);
@@ -65,7 +65,7 @@ TEST_CASE("scenes takes a count for a kind and refuses what it cannot make") {
 }
 
 TEST_CASE("bench prints a row with an error against the truth") {
-    const ProgramResult r = run_cairn("bench --filter projectile");
+    const ProgramResult r = run_cairn("bench --filter projectile --engines cairn --repeats 1");
     CAPTURE(r.out, r.err);
     CHECK(r.exit_code == 0);
     CHECK(r.out.find("\nprojectile ") != std::string::npos);

@@ -50,9 +50,17 @@ void stay(std::size_t, Real, BodyState&) {}
 
 }  // namespace
 
-TEST_CASE("truths are found by the scene's name") {
-    CHECK(truth_of("projectile") == parabola);
-    CHECK(truth_of("no_such_scene") == nullptr);
+TEST_CASE("truths are found by the scene's name, or by what it holds") {
+    Scene s;
+    s.name = "projectile";
+    CHECK(truth_of(s).error == parabola);
+    s.name = "stack_7";
+    CHECK(truth_of(s).error == at_rest);
+    s.name = "no_such_scene";
+    CHECK(truth_of(s).error == usual_penetration);
+    s.joints.resize(1);
+    CHECK(truth_of(s).error == joint_separation);
+    CHECK(truth_of(s).kind == TruthKind::kInvariant);
 }
 
 TEST_CASE("the parabola's truth is zero on it and the distance beside it") {
@@ -67,15 +75,6 @@ TEST_CASE("the parabola's truth is zero on it and the distance beside it") {
         x.position += Vec3(0.03, 0.04, 0) * t;
     };
     CHECK(parabola(s, history_of(s, 2, 10, beside)).value == Approx(0.1));
-}
-
-TEST_CASE("the momentum's truth sees a spin that changes its length") {
-    Scene s;
-    s.bodies = {body("b", Shape::box({1, 0.5, 0.2}))};
-    s.bodies[0].angular_velocity = {0, 0, 3};  // about a principal axis: stays
-    CHECK(momentum_kept(s, history_of(s, 2, 10, stay)).value < kRounding);
-    const auto slower = [](std::size_t, Real t, BodyState& x) { x.angular_velocity *= 1 - 0.01 * t; };
-    CHECK(momentum_kept(s, history_of(s, 2, 10, slower)).value == Approx(0.02));
 }
 
 TEST_CASE("the stopping point is v² / 2 μ g ahead") {
@@ -124,7 +123,7 @@ TEST_CASE("a ball launched sliding rolls at 5/7") {
         };
     };
     CHECK(rolling_speed(s, history_of(s, 2, 2, speed(5))).value < kRounding);
-    CHECK(rolling_speed(s, history_of(s, 2, 2, speed(5.7))).value == Approx(0.1));
+    CHECK(rolling_speed(s, history_of(s, 2, 2, speed(5.5))).value == Approx(0.1));
 }
 
 TEST_CASE("steady rolling and rest are told by the distance from where the body should be") {
@@ -135,7 +134,7 @@ TEST_CASE("steady rolling and rest are told by the distance from where the body 
         if (i == 1) x.position.x() += 2 * t;
     };
     CHECK(steady_rolling(s, history_of(s, 3, 3, roll)).value < kRounding);
-    CHECK(steady_rolling(s, history_of(s, 3, 3, stay)).value == Approx(6));
+    CHECK(steady_rolling(s, history_of(s, 3, 3, stay)).value == Approx(1));
     CHECK(at_rest(s, history_of(s, 3, 3, stay)).value == 0);
     CHECK(at_rest(s, history_of(s, 3, 3, roll)).value == Approx(6));
 }
@@ -166,15 +165,51 @@ TEST_CASE("apex heights fall by e² and a missing bounce counts as an error of o
     CHECK(bounce_heights(s, history_of(s, 3.5, 210, stay)).value == 1);
 }
 
-TEST_CASE("a cradle hands the velocity to the last ball") {
+TEST_CASE("equal elastic balls hand the velocity to the last one") {
     Scene s;
-    for (int k = 0; k < 3; ++k) s.bodies.push_back(body("b" + std::to_string(k), Shape::sphere(0.5)));
+    s.gravity = Vec3::Zero();
+    for (int k = 0; k < 3; ++k) {
+        s.bodies.push_back(body("b" + std::to_string(k), Shape::sphere(0.5)));
+        s.bodies.back().position = {1.1 * k, 0, 0};
+        s.bodies.back().restitution = 1;
+    }
     s.bodies[0].linear_velocity = {2, 0, 0};
     const auto handed = [](std::size_t i, Real t, BodyState& x) {
         if (t > 0) x.linear_velocity = Vec3(i == 2 ? 2 : 0, 0, 0);
     };
-    CHECK(cradle_exchange(s, history_of(s, 1, 2, handed)).value == 0);
-    CHECK(cradle_exchange(s, history_of(s, 1, 2, stay)).value == Approx(1));
+    CHECK(impact_velocity(s, history_of(s, 1, 2, handed)).value < kRounding);
+    CHECK(impact_velocity(s, history_of(s, 1, 2, stay)).value == Approx(1));
+}
+
+TEST_CASE("an oblique impact keeps momentum and what Newton and Coulomb say of it") {
+    // A ball at 3 m/s hits another at rest so that the line of centres is 45° off its way: u_n = u_t = 3/√2. Equal solid spheres, e = 0.5:
+    // normal impulse per mass 1.5 u_n / 2. Sticking would need a tangential impulse per mass of u_t / (2 + 5) = u_t / 7, which is less than
+    // μ times the normal one for μ = 1: it sticks.
+    const Real r = 0.5, u = 3 / std::sqrt(2.0);
+    Scene s;
+    s.gravity = Vec3::Zero();
+    s.bodies = {body("a", Shape::sphere(r)), body("b", Shape::sphere(r))};
+    const Vec3 n = Vec3(1, 1, 0) / std::sqrt(2.0), t = Vec3(1, -1, 0) / std::sqrt(2.0);
+    s.bodies[0].position = -2 * r * n - 0.3 * Vec3::UnitX();
+    s.bodies[0].linear_velocity = {3, 0, 0};
+    for (BodyDef& b : s.bodies) {
+        b.restitution = 0.5;
+        b.friction = 1;
+    }
+    const Real J_n = 0.75 * u, J_t = u / 7;  // per mass
+    // Torque on both: r × J with J along t at the contact; the spin is 5/2 J_t / r about n × t.
+    const Vec3 spin = -2.5 * J_t / r * n.cross(t);
+    const auto exact = [&](std::size_t i, Real time, BodyState& x) {
+        if (time == 0) return;
+        x.linear_velocity = i == 0 ? Vec3((u - J_n) * n + (u - J_t) * t) : Vec3(J_n * n + J_t * t);
+        x.angular_velocity = spin;
+    };
+    CHECK(impact_velocity_and_spin(s, history_of(s, 1, 2, exact)).value < kRounding);
+    const auto no_spin = [&](std::size_t i, Real time, BodyState& x) {
+        exact(i, time, x);
+        x.angular_velocity = Vec3::Zero();
+    };
+    CHECK(impact_velocity_and_spin(s, history_of(s, 1, 2, no_spin)).value == Approx(spin.norm() * r / 3));
 }
 
 TEST_CASE("a pendulum's path is that of small swings when they are small, and comes back after its period") {
@@ -211,34 +246,53 @@ TEST_CASE("a large swing keeps its energy along the pendulum's path") {
     CHECK(pendulum_path(s, history_of(s, half_period, 1, opposite)).value < 1e-8);
 }
 
-TEST_CASE("a rod, a slider and a top have their lengths, ways and momenta") {
+TEST_CASE("a slider has its way") {
     Scene s;
     s.bodies = {body("b", Shape::sphere(0.1))};
     s.bodies[0].position = {1, 0, 0};
     s.joints.resize(1);
-    SceneJoint& joint = s.joints[0];
-    joint.body_b = 0;
-    joint.def.type = JointType::kDistance;
-    joint.def.anchor_b = {1, 0, 0};
-    const auto stretched = [](std::size_t, Real t, BodyState& x) { x.position.x() += 0.01 * t; };
-    CHECK(rod_length(s, history_of(s, 1, 2, stay)).value == 0);
-    CHECK(rod_length(s, history_of(s, 1, 2, stretched)).value == Approx(0.01));
-
-    joint.def.axis = Vec3(0.8, 0, -0.6);
+    s.joints[0].body_b = 0;
+    s.joints[0].def.axis = Vec3(0.8, 0, -0.6);
     const auto slide = [](Real factor) {
         return [factor](std::size_t, Real t, BodyState& x) { x.position += factor * 0.6 * kG * t * t / 2 * Vec3(0.8, 0, -0.6); };
     };
     CHECK(sliding_along_axis(s, history_of(s, 2, 4, slide(1))).value < kRounding);
     CHECK(sliding_along_axis(s, history_of(s, 2, 4, slide(1.02))).value == Approx(0.02));
+}
 
-    // A circle about the pivot at a steady pace, and one that grows slower.
-    s.bodies[0].linear_velocity = {0, 3, 0};
-    const auto circle = [](Real loss) {
-        return [loss](std::size_t, Real t, BodyState& x) {
-            x.position = {std::cos(3 * t), std::sin(3 * t), 0};
-            x.linear_velocity = 3 * (1 - loss * t) * Vec3(-std::sin(3 * t), std::cos(3 * t), 0);
-        };
+TEST_CASE("what must fall, must not pass, must not be thrown and must hold together is told") {
+    Scene s;
+    s.bodies = {body("a", Shape::sphere(0.1)), body("b", Shape::sphere(0.1)), body("wall", Shape::box({0.02, 4, 4}))};
+    s.bodies[2].type = BodyType::kStatic;
+    s.bodies[0].position = {-1, 0, 0};
+    s.bodies[1].position = {-1, 1, 0};
+    const auto fly = [](std::size_t i, Real t, BodyState& x) {
+        if (i == 0) x.position.x() += 2 * t;
+        if (i == 1) x.position.z() -= kG * t * t / 2;
+        if (i == 1) x.linear_velocity.z() = -kG * t;
     };
-    CHECK(axial_momentum(s, history_of(s, 1, 5, circle(0))).value < kRounding);
-    CHECK(axial_momentum(s, history_of(s, 1, 5, circle(0.05))).value == Approx(0.05));
+    const History h = history_of(s, 1, 10, fly);
+    CHECK(passed_wall(s, h).value == 0.5);
+    CHECK(must_fall(s, h).value == 0);
+    CHECK(must_fall(s, history_of(s, 1, 10, stay)).failed != "");
+    CHECK(unexplained_speed(s, h).value < 1e-6);  // √ of rounding
+    const auto thrown = [&](std::size_t i, Real t, BodyState& x) {
+        fly(i, t, x);
+        if (i == 0) x.linear_velocity.x() = 2;
+    };
+    CHECK(unexplained_speed(s, history_of(s, 1, 10, thrown)).value == Approx(2));
+    // A chain of one link of 1 m that comes off its first anchor by 0.3 m.
+    s.joints.resize(2);
+    s.joints[0].body_b = 0;
+    s.joints[0].def.anchor_a = s.joints[0].def.anchor_b = {-1, 0, 0};
+    s.joints[1].body_a = 0;
+    s.joints[1].body_b = 1;
+    s.joints[1].def.anchor_a = s.joints[1].def.anchor_b = {-1, 1, 0};
+    const auto off = [](std::size_t i, Real t, BodyState& x) {
+        if (i < 2) x.position.z() += 0.3 * t;
+    };
+    CHECK(chain_stretch(s, history_of(s, 1, 3, stay)).value < kRounding);
+    CHECK(chain_stretch(s, history_of(s, 1, 3, off)).value == Approx(0.3));
+    // Of two samples one is apart, by 0.3 m at one of two joints: √(0.09 / 4).
+    CHECK(joint_separation(s, history_of(s, 1, 1, off)).value == Approx(0.15));
 }

@@ -1,0 +1,38 @@
+#include "apps/cli/bench/compare.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+namespace cairn::cli {
+
+Comparison compare_results(const std::vector<BenchRow>& before, const std::vector<BenchRow>& now, const CompareLimits& limits) {
+    std::map<std::string, const BenchRow*> old;
+    for (const BenchRow& row : before) old[row.id] = &row;
+    Comparison result;
+    for (const BenchRow& row : now) {
+        const auto found = old.find(row.id);
+        if (found == old.end()) continue;
+        const BenchRow& was = *found->second;
+        ++result.compared;
+        if (row.status != was.status) {
+            const std::string change = fmt::format("{}: {} (was {}) {}", row.id, row.status, was.status, row.note);
+            (row.status == "ok" ? result.better : result.worse).push_back(change);
+            continue;
+        }
+        const double slack = std::max(limits.accuracy * was.error, limits.floor);
+        const std::string change = fmt::format("{}: {} {:.4g} (was {:.4g}) {}", row.id, row.metric, row.error, was.error, row.unit);
+        if (std::isfinite(was.error) && !(row.error <= was.error + slack)) result.worse.push_back(change);
+        if (std::isfinite(row.error) && row.error < was.error - slack) result.better.push_back(change);
+        const double noise = std::max(limits.time, row.spread() + was.spread());
+        if (was.wall_median() > 0 && row.wall_median() > (1 + noise) * was.wall_median()) {
+            result.slower.push_back(fmt::format("{}: {:.3g} s (was {:.3g} s, spreads {:.0f} % and {:.0f} %)", row.id, row.wall_median(),
+                                                was.wall_median(), 100 * row.spread(), 100 * was.spread()));
+        }
+    }
+    return result;
+}
+
+}  // namespace cairn::cli
