@@ -118,7 +118,6 @@ SiIsland build_island(WorldData& world, int index, Real dt) {
         add_joint(world, islands.item_list(IslandBuilder::kJoint)[k]);
     }
     joint_pool_sizes(world.joint_pool, island.joints.end);
-    if (joints.begin < joints.end) build_joints(world.joint_pool, island.joints, world.solver_bodies);
 
     island.contacts.begin = static_cast<int>(world.contact_pool.blocks.size());
     const IndexRange contacts = islands.items(index, IslandBuilder::kContact);
@@ -144,13 +143,34 @@ void store_island(WorldData& world, int index, const SiIsland& island, StepRepor
     store_joints<1>(world, world.joint_pool.distance, JointType::kDistance, island.joints);
 }
 
-SolverChoice choose_solver(SolverChoice wanted, const SiIsland&) {
-    return wanted == SolverChoice::kAuto ? SolverChoice::kSi : wanted;
+SolverChoice choose_solver(SolverChoice wanted, const SiIsland& island) {
+    if (wanted != SolverChoice::kAuto) return wanted;
+    return island.contacts.begin == island.contacts.end ? SolverChoice::kRattle : SolverChoice::kSi;
 }
 
-// Whether a solver can solve an island at all.
-bool takes(SolverChoice solver, const SiIsland&) {
-    return solver == SolverChoice::kSi;
+bool solve_by_rattle(WorldData& world, const SiIsland& island, Real dt, StepReport& report) {
+    RattleSettings settings;
+    settings.warm_step = dt / world.settings.substeps;
+    const RattleReport solved = solve_island_rattle(world.rattle, world.solver_bodies, world.joint_pool, island, dt, settings);
+    report.rotor_calls += solved.rotor_calls;
+    return solved.ok();
+}
+
+// False: a solver was forced that cannot solve this island; bodies and joints are as they were.
+bool solve_island(WorldData& world, const SiIsland& island, Real dt, const SiSettings& settings, SiReport& solved, StepReport& report) {
+    const SolverChoice wanted = world.settings.solver;
+    SolverChoice solver = choose_solver(wanted, island);
+    if (solver == SolverChoice::kRattle && !solve_by_rattle(world, island, dt, report)) {
+        if (wanted == SolverChoice::kRattle) return false;
+        solver = SolverChoice::kSi;
+    }
+    if (solver == SolverChoice::kDirect) return false;
+    if (solver == SolverChoice::kSi) {
+        if (!island.joints.empty()) build_joints(world.joint_pool, island.joints, world.solver_bodies);
+        solved.add(solve_island_si(world.solver_bodies, world.contact_pool, world.joint_pool, island, dt, settings));
+    }
+    ++report.islands_of[static_cast<int>(solver)];
+    return true;
 }
 
 void refuse_island(const WorldData& world, int index, StepReport& report) {
@@ -221,13 +241,10 @@ void solve_islands(WorldData& world, Real dt, StepReport& report) {
             scale_warm_start(world.contact_pool, island.contacts, scale);
             scale_warm_start(world.joint_pool, island.joints, scale);
         }
-        const SolverChoice solver = choose_solver(world.settings.solver, island);
-        if (!takes(solver, island)) {
+        if (!solve_island(world, island, dt, settings, solved, report)) {
             refuse_island(world, i, report);
             continue;
         }
-        ++report.islands_of[static_cast<int>(solver)];
-        solved.add(solve_island_si(world.solver_bodies, world.contact_pool, world.joint_pool, island, dt, settings));
         store_island(world, i, island, report);
         report.joint_rows += static_cast<std::uint32_t>(island.joints.rows());
     }

@@ -6,7 +6,7 @@
 #include "engine/contact_store.hpp"
 #include "engine/island.hpp"
 #include "engine/world.hpp"
-#include "solver/si.hpp"
+#include "solver/rattle.hpp"
 
 #include <string>
 #include <unordered_map>
@@ -115,6 +115,7 @@ struct WorldData {
     SolverBodies solver_bodies;
     ContactPool contact_pool;
     JointPool joint_pool;
+    RattleWorkspace rattle;
     std::vector<BlockSource> block_sources;
     std::vector<std::uint32_t> joint_sources[5];
     std::vector<int> solver_index;  // body → index in solver_bodies, this island

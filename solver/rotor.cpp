@@ -5,54 +5,85 @@
 namespace cairn {
 namespace {
 
-// Turns q by `angle` about principal axis k (from the right: the axis is fixed in the body) and L_P by the opposite angle.
-void turn_about_axis(Quat& q_WP, Vec3& L_P, int k, Real angle) {
+// cos x and sin x / x from x², for x² <= 1/16: Taylor series to x¹² and x¹², which miss less than 1e-17. Without divisions or branches.
+void short_trigonometry(Real x2, Real& cosine, Real& sine_over_x) {
+    const Real x4 = x2 * x2, x8 = x4 * x4;
+    cosine = (1 - x2 * (1.0 / 2)) + x4 * (1.0 / 24 - x2 * (1.0 / 720)) + x8 * (1.0 / 40320 - x2 * (1.0 / 3628800) + x4 * (1.0 / 479001600));
+    sine_over_x =
+        (1 - x2 * (1.0 / 6)) + x4 * (1.0 / 120 - x2 * (1.0 / 5040)) + x8 * (1.0 / 362880 - x2 * (1.0 / 39916800) + x4 * (1.0 / 6227020800));
+}
+
+// exp_rotation without a root or a branch for angles up to half a radian.
+Quat exp_turn(const Vec3& phi) {
+    const Real angle2 = phi.squaredNorm();
+    if (angle2 > 0.25) return exp_rotation(phi);
+    Real c, s;
+    short_trigonometry(angle2 / 4, c, s);
+    s *= 0.5;
+    return Quat(c, s * phi.x(), s * phi.y(), s * phi.z());
+}
+
+// A rotation that turns as the splitting goes, and its angular momentum; both in plain scalars, so that they stay in registers.
+struct Rotor {
+    Real w, v[3];  // q_WP
+    Real L[3];     // L_P [N m s]
+};
+
+// Turns q by `angle` about principal axis K (from the right: the axis is fixed in the body) and L_P by the opposite angle.
+template <int K>
+inline void turn_about_axis(Rotor& r, Real angle) {
     Real c, s;  // of angle / 2
-    if (std::abs(angle) < 1e-2) {
-        const Real half2 = angle * angle / 4;
-        c = 1 - half2 / 2 * (1 - half2 / 12 * (1 - half2 / 30));
-        s = angle / 2 * (1 - half2 / 6 * (1 - half2 / 20 * (1 - half2 / 42)));
+    const Real half = 0.5 * angle;
+    if (half * half <= 1.0 / 16) {
+        short_trigonometry(half * half, c, s);
+        s *= half;
     } else {
-        c = std::cos(angle / 2);
-        s = std::sin(angle / 2);
+        c = std::cos(half);
+        s = std::sin(half);
     }
-    const int i = (k + 1) % 3, j = (k + 2) % 3;
-    Real v[3] = {q_WP.x(), q_WP.y(), q_WP.z()};
-    const Real w = q_WP.w();
-    // q (c + s e_k)
-    const Real vk = v[k], vi = v[i], vj = v[j];
-    v[k] = c * vk + s * w;
-    v[i] = c * vi + s * vj;
-    v[j] = c * vj - s * vi;
-    q_WP = Quat(c * w - s * vk, v[0], v[1], v[2]);
+    constexpr int I = (K + 1) % 3, J = (K + 2) % 3;
+    // q (c + s e_K)
+    const Real w = r.w, vk = r.v[K], vi = r.v[I], vj = r.v[J];
+    r.w = c * w - s * vk;
+    r.v[K] = c * vk + s * w;
+    r.v[I] = c * vi + s * vj;
+    r.v[J] = c * vj - s * vi;
     const Real cosine = c * c - s * s, sine = 2 * s * c;
-    const Real Li = L_P[i], Lj = L_P[j];
-    L_P[i] = cosine * Li + sine * Lj;
-    L_P[j] = cosine * Lj - sine * Li;
+    const Real Li = r.L[I], Lj = r.L[J];
+    r.L[I] = cosine * Li + sine * Lj;
+    r.L[J] = cosine * Lj - sine * Li;
 }
 
 // One symmetric splitting step: ½·1, ½·2, 3, ½·2, ½·1.
-void strang_step(Quat& q_WP, Vec3& L_P, const Vec3& inv_moments, Real h) {
-    turn_about_axis(q_WP, L_P, 0, 0.5 * h * L_P[0] * inv_moments[0]);
-    turn_about_axis(q_WP, L_P, 1, 0.5 * h * L_P[1] * inv_moments[1]);
-    turn_about_axis(q_WP, L_P, 2, h * L_P[2] * inv_moments[2]);
-    turn_about_axis(q_WP, L_P, 1, 0.5 * h * L_P[1] * inv_moments[1]);
-    turn_about_axis(q_WP, L_P, 0, 0.5 * h * L_P[0] * inv_moments[0]);
+void strang_step(Rotor& r, const Vec3& inv_moments, Real h) {
+    turn_about_axis<0>(r, 0.5 * h * r.L[0] * inv_moments[0]);
+    turn_about_axis<1>(r, 0.5 * h * r.L[1] * inv_moments[1]);
+    turn_about_axis<2>(r, h * r.L[2] * inv_moments[2]);
+    turn_about_axis<1>(r, 0.5 * h * r.L[1] * inv_moments[1]);
+    turn_about_axis<0>(r, 0.5 * h * r.L[0] * inv_moments[0]);
+}
+
+// A quaternion that is off unit length by rounding, set right without a root: one Newton step towards 1 / ‖q‖.
+Quat renormalised(const Quat& q) {
+    const Real scale = 1.5 - 0.5 * q.squaredNorm();
+    return Quat(scale * q.w(), scale * q.x(), scale * q.y(), scale * q.z());
 }
 
 void rotate_general(Quat& q, Vec3& w, const RotorInertia& inertia, Real h, int stages) {
-    Quat q_WP = (q * inertia.R_BP).normalized();  // an R_BP off unit length by rounding would scale L in each call
-    Vec3 L_P = inertia.moments.cwiseProduct(q_WP.conjugate() * w);
-    const Vec3 inv_moments = inertia.moments.cwiseInverse();
+    // An R_BP off unit length by rounding would scale L in each call.
+    const Quat start = inertia.is_aligned ? renormalised(q) : Quat((q * inertia.R_BP).normalized());
+    const Vec3 L_P = inertia.moments.cwiseProduct(start.conjugate() * w);
+    const Vec3& inv_moments = inertia.inv_moments;
+    Rotor r{start.w(), {start.x(), start.y(), start.z()}, {L_P[0], L_P[1], L_P[2]}};
     if (stages == 1) {
-        strang_step(q_WP, L_P, inv_moments, h);
+        strang_step(r, inv_moments, h);
     } else {
         constexpr Real kOuter = 0.41449077179437573714;  // 1 / (4 − 4^{1/3})
-        for (int k = 0; k < 5; ++k) strang_step(q_WP, L_P, inv_moments, (k == 2 ? 1 - 4 * kOuter : kOuter) * h);
+        for (int k = 0; k < 5; ++k) strang_step(r, inv_moments, (k == 2 ? 1 - 4 * kOuter : kOuter) * h);
     }
-    q_WP.normalize();
-    w = q_WP * L_P.cwiseProduct(inv_moments);
-    q = q_WP * inertia.R_BP.conjugate();
+    const Quat q_WP = renormalised(Quat(r.w, r.v[0], r.v[1], r.v[2]));
+    w = q_WP * Vec3(r.L[0] * inv_moments[0], r.L[1] * inv_moments[1], r.L[2] * inv_moments[2]);
+    q = inertia.is_aligned ? q_WP : Quat(q_WP * inertia.R_BP.conjugate());
 }
 
 void rotate_symmetric(Quat& q, Vec3& w, const RotorInertia& inertia, Real h) {
@@ -62,8 +93,8 @@ void rotate_symmetric(Quat& q, Vec3& w, const RotorInertia& inertia, Real h) {
     const Vec3 axis_W = q * axis_B;
     const Real spin = axis_W.dot(w);
     const Vec3 precession = w + (along / across - 1) * spin * axis_W;  // L_W / I⊥
-    q = exp_rotation(h * precession) * q * exp_rotation(h * (1 - along / across) * spin * axis_B);
-    q.normalize();
+    q = exp_turn(h * precession) * q * exp_turn(h * (1 - along / across) * spin * axis_B);
+    q = renormalised(q);
     w = precession + (1 - along / across) * spin * (q * axis_B);
 }
 
@@ -72,7 +103,9 @@ void rotate_symmetric(Quat& q, Vec3& w, const RotorInertia& inertia, Real h) {
 RotorInertia make_rotor_inertia(const Vec3& moments, const Quat& R_BP) {
     RotorInertia r;
     r.moments = moments;
+    r.inv_moments = moments.cwiseInverse();
     r.R_BP = R_BP;
+    r.is_aligned = R_BP.vec().isZero(0);
     const Real tolerance = 1e-12 * moments.maxCoeff();
     bool equal[3];  // equal[k]: the two moments other than k
     for (int k = 0; k < 3; ++k) equal[k] = std::abs(moments[(k + 1) % 3] - moments[(k + 2) % 3]) <= tolerance;
@@ -90,7 +123,7 @@ RotorInertia make_rotor_inertia(const Vec3& moments, const Quat& R_BP) {
 void rotate_free(Quat& q, Vec3& w, const RotorInertia& inertia, Real h, int stages) {
     switch (inertia.kind) {
         case InertiaKind::kSpherical:
-            q = exp_rotation(h * w) * q;
+            q = exp_turn(h * w) * q;
             q.normalize();
             return;
         case InertiaKind::kSymmetric:

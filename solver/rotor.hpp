@@ -18,8 +18,10 @@ enum class InertiaKind : std::uint8_t { kSpherical, kSymmetric, kGeneral };
 
 // Principal inertia of a body as the rotor wants it.
 struct RotorInertia {
-    Vec3 moments = Vec3::Ones();   // [kg m²], in P
-    Quat R_BP = Quat::Identity();  // principal frame in the body frame
+    Vec3 moments = Vec3::Ones();      // [kg m²], in P
+    Vec3 inv_moments = Vec3::Ones();  // [1/(kg m²)]
+    Quat R_BP = Quat::Identity();     // principal frame in the body frame
+    bool is_aligned = true;           // R_BP is the identity
     InertiaKind kind = InertiaKind::kSpherical;
     int symmetry_axis = 2;  // kSymmetric: the axis of P whose moment differs
 };

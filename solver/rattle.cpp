@@ -1,0 +1,432 @@
+#include "solver/rattle.hpp"
+
+#include <algorithm>
+#include <limits>
+
+namespace cairn {
+namespace {
+
+constexpr Real kOuter = 0.41449077179437573714;  // 1 / (4 − 4^{1/3})
+constexpr Real kStage[5] = {kOuter, kOuter, 1 - 4 * kOuter, kOuter, kOuter};
+
+class Integrator {
+public:
+    Integrator(RattleWorkspace& workspace, SolverBodies& bodies, JointPool& joints, const SiIsland& island, const RattleSettings& settings,
+               RattleReport& report)
+        : ws_(workspace), bodies_(bodies), joints_(joints), island_(island), settings_(settings), report_(report) {}
+
+    // False: too costly.
+    bool begin();
+    // Everything up to the first stage: gaps, factor, velocities, warm impulses.
+    void prepare(Real dt);
+    bool run(Real dt, int substeps, int stages, Real rate);
+    Real rate();
+    void store();
+    void save();
+    void restore();
+    bool is_finite_state() const;
+
+private:
+    int first() const { return island_.body_begin; }
+    BodyMotion& motion(int i) { return bodies_.motion[i]; }
+    void measure();
+    void factor();
+    Real gap();
+    void close_gaps(Real dt);
+    void move_poses(Real share);
+    void kick(Real h) { cairn::kick(bodies_, island_.body_begin, island_.dynamic_end, h); }
+    void remember_start();
+    void trial(Real h);
+    void drift_driven(Real h);
+    bool shake(Real h);
+    Real broyden_step(int k);
+    void finish_drift();
+    void project(Real h);
+    bool stage(Real h);
+
+    RattleWorkspace& ws_;
+    SolverBodies& bodies_;
+    JointPool& joints_;
+    const SiIsland& island_;
+    const RattleSettings& settings_;
+    RattleReport& report_;
+    const JointPlan* plan_ = nullptr;
+    int rows_ = 0;
+    Real size_ = 0;        // [m], largest arm
+    Real rounding_ = 0;    // [m], of a position
+    Real min_mass_ = 0;    // [kg]
+    Real tolerance_ = 0;   // [m], of SHAKE
+    Real previous_h_ = 0;  // [s], of the stage that left ws_.previous
+};
+
+bool Integrator::begin() {
+    plan_ = &ws_.plans.find(joints_, island_.joints, bodies_, first(), settings_.max_flops);
+    if (plan_->is_too_costly) return false;
+    ws_.rows.gather(joints_, island_.joints, bodies_, *plan_);
+    rows_ = plan_->pattern.rows();
+    const std::size_t bodies = island_.body_end - island_.body_begin, rows = rows_;
+    ws_.start.resize(bodies);
+    ws_.stiffness.resize(bodies);
+    for (std::vector<Real>* v : {&ws_.lambda, &ws_.previous, &ws_.slope, &ws_.total, &ws_.target, &ws_.residual, &ws_.scratch})
+        v->resize(rows);
+    ws_.steps.resize(rows * (settings_.max_iterations + 1));
+    ws_.images.resize(rows * (settings_.max_iterations + 1));
+    ws_.norms.resize(settings_.max_iterations + 1);
+    measure();
+    save();
+    return true;
+}
+
+// Lengths and masses that tolerances refer to.
+void Integrator::measure() {
+    Real size2 = 0, far = 0, inv_mass = 0;
+    for_each_listed_joint(joints_, island_.joints, [&](auto, const auto& j, int) {
+        const JointGeometry& g = j.geometry;
+        if (bodies_.motion[j.a].inv_mass > 0) size2 = std::max(size2, g.anchor_a_A.squaredNorm());
+        if (bodies_.motion[j.b].inv_mass > 0) size2 = std::max(size2, g.anchor_b_B.squaredNorm());
+        size2 = std::max(size2, g.length * g.length);
+    });
+    for (int i = first(); i < island_.dynamic_end; ++i) {
+        far = std::max(far, motion(i).x.cwiseAbs().maxCoeff());
+        inv_mass = std::max(inv_mass, motion(i).inv_mass);
+    }
+    size_ = size2 > 0 ? std::sqrt(size2) : 1;
+    rounding_ = 4 * std::numeric_limits<Real>::epsilon() * far;
+    min_mass_ = 1 / inv_mass;
+}
+
+void Integrator::save() {
+    ws_.saved_motion.assign(bodies_.motion.begin() + first(), bodies_.motion.begin() + island_.body_end);
+    ws_.saved_velocity.assign(bodies_.velocity.begin() + first(), bodies_.velocity.begin() + island_.body_end);
+}
+
+void Integrator::restore() {
+    std::copy(ws_.saved_motion.begin(), ws_.saved_motion.end(), bodies_.motion.begin() + first());
+    std::copy(ws_.saved_velocity.begin(), ws_.saved_velocity.end(), bodies_.velocity.begin() + first());
+}
+
+void Integrator::factor() {
+    ws_.rows.build(joints_, island_.joints, bodies_);
+    ws_.rows.assemble(*plan_, ws_.ldlt);
+    report_.dropped_rows = std::max(report_.dropped_rows, ws_.ldlt.factor(settings_.drop));
+    ++report_.factorisations;
+}
+
+// C into `residual`; its largest entry.
+Real Integrator::gap() {
+    ws_.rows.errors(joints_, island_.joints, bodies_, ws_.residual.data());
+    Real largest = 0;
+    for (int r = 0; r < rows_; ++r) largest = std::max(largest, std::abs(ws_.residual[r]));
+    return largest;
+}
+
+void Integrator::prepare(Real dt) {
+    for_each_listed_joint(joints_, island_.joints, [&](auto kind, const auto& j, int i) {
+        constexpr int N = joint_rows(decltype(kind)::value);
+        const int row = ws_.rows.list()[i].first;
+        Eigen::Map<VecN<N>>(&ws_.previous[row]) = 2 / settings_.warm_step * j.warm_second;
+        Eigen::Map<VecN<N>>(&ws_.slope[row]) = 3 / (settings_.warm_step * settings_.warm_step) * (j.warm_first - j.warm_second);
+    });
+    previous_h_ = settings_.warm_step;
+    std::fill(ws_.total.begin(), ws_.total.end(), 0.0);
+    factor();
+    close_gaps(dt);
+    // Velocities that somebody has set need not agree with the joints.
+    ws_.rows.velocities(bodies_, ws_.residual.data());
+    for (int r = 0; r < rows_; ++r) ws_.residual[r] = -ws_.residual[r];
+    ws_.ldlt.solve(ws_.residual.data());
+    ws_.rows.apply(ws_.residual.data(), bodies_);
+    for (int r = 0; r < rows_; ++r) ws_.total[r] += ws_.residual[r];
+}
+
+void Integrator::close_gaps(Real dt) {
+    report_.gap = gap();
+    Real left = report_.gap;
+    const Real small = 10 * (settings_.tolerance * size_ + rounding_);  // SHAKE's own
+    for (int k = 0; k < 3 && left > small; ++k) {
+        // Displacements are made in the place of velocities, which are those that were saved.
+        for (int i = first(); i < island_.dynamic_end; ++i) bodies_.velocity[i] = {};
+        for (int r = 0; r < rows_; ++r) ws_.residual[r] = -ws_.residual[r];
+        ws_.ldlt.solve(ws_.residual.data());
+        ws_.rows.apply(ws_.residual.data(), bodies_);
+        Real farthest = 0;
+        for (int i = first(); i < island_.dynamic_end; ++i)
+            farthest = std::max({farthest, bodies_.velocity[i].v.norm(), size_ * bodies_.velocity[i].w.norm()});
+        const Real most = settings_.closing_speed * dt;
+        move_poses(farthest > most ? most / farthest : 1);
+        for (int i = first(); i < island_.body_end; ++i) bodies_.velocity[i] = ws_.saved_velocity[i - first()];
+        factor();
+        left = gap();
+        if (farthest > most) break;
+    }
+    for (int r = 0; r < rows_; ++r) ws_.target[r] = left > small ? ws_.residual[r] : 0;
+}
+
+void Integrator::move_poses(Real share) {
+    for (int i = first(); i < island_.dynamic_end; ++i) {
+        BodyMotion& m = motion(i);
+        const BodyVelocity& d = bodies_.velocity[i];
+        m.x += share * d.v;
+        m.q = exp_rotation(share * d.w) * m.q;
+        m.q.normalize();
+        m.R = m.q.toRotationMatrix();
+        m.inv_inertia_W = m.R * m.inv_inertia_B * m.R.transpose();
+    }
+}
+
+Real Integrator::rate() {
+    std::fill(ws_.stiffness.begin(), ws_.stiffness.end(), 0.0);
+    for_each_listed_joint(joints_, island_.joints, [&](auto kind, const auto& j, int index) {
+        constexpr JointKind K = decltype(kind)::value;
+        const JointRow& row = ws_.rows.list()[index];
+        const Vec3 anchors[2] = {j.geometry.anchor_a_A, j.geometry.anchor_b_B};
+        for (int side = 0; side < 2; ++side) {
+            if (!row.moves[side]) continue;
+            Vec3 force = Vec3::Zero();
+            for (int r = 0; r < row.n; ++r)
+                force += (ws_.previous[row.first + r] + previous_h_ / 3 * ws_.slope[row.first + r]) *
+                         Eigen::Map<const Vec3>(row.G[side] + 6 * r);
+            const BodyMotion& m = motion(row.body[side]);
+            const Vec3 arm = m.R * anchors[side];
+            const Real f = force.norm(), r2 = arm.squaredNorm();
+            Real& k = ws_.stiffness[row.body[side] - first()];
+            if (r2 > 0) k += f * (m.inv_inertia_W.trace() * r2 - arm.dot(m.inv_inertia_W * arm)) / (2 * std::sqrt(r2));
+            if constexpr (K == JointKind::kDistance) k += f * m.inv_mass / j.geometry.length;
+        }
+    });
+    Real rate2 = 0;
+    for (int i = first(); i < island_.dynamic_end; ++i)
+        rate2 = std::max(rate2, 0.25 * ws_.stiffness[i - first()] + bodies_.velocity[i].w.squaredNorm());
+    return std::sqrt(rate2);
+}
+
+void Integrator::remember_start() {
+    for (int i = first(); i < island_.dynamic_end; ++i) {
+        RattleWorkspace::Start& s = ws_.start[i - first()];
+        const BodyMotion& m = motion(i);
+        s.x = m.x;
+        s.q = m.q;
+        s.R = m.R;
+    }
+}
+
+// Poses at the end of a drift by the present velocities.
+void Integrator::trial(Real h) {
+    for (int i = first(); i < island_.dynamic_end; ++i) {
+        RattleWorkspace::Start& s = ws_.start[i - first()];
+        BodyMotion& m = motion(i);
+        const BodyVelocity& u = bodies_.velocity[i];
+        m.x = s.x + h * u.v;
+        m.q = s.q;
+        s.w_end = u.w;
+        if (u.w.isZero(0)) {
+            m.R = s.R;
+            continue;
+        }
+        rotate_free(m.q, s.w_end, m.rotor, h, 1);
+        m.R = m.q.toRotationMatrix();
+        report_.rotor_calls += m.rotor.kind != InertiaKind::kSpherical;
+    }
+}
+
+void Integrator::drift_driven(Real h) {
+    for (int i = island_.dynamic_end; i < island_.body_end; ++i) {
+        BodyMotion& m = motion(i);
+        const BodyVelocity& u = bodies_.velocity[i];
+        m.x += h * u.v;
+        m.q = exp_rotation(h * u.w) * m.q;
+        m.q.normalize();
+        m.R = m.q.toRotationMatrix();
+    }
+}
+
+// The k-th correction of λ into `steps`, from −A⁻¹ residual in `scratch`. Returns the squared M-norm of the velocities that it changes.
+Real Integrator::broyden_step(int k) {
+    Real *z = &ws_.steps[k * rows_], *Az = &ws_.images[k * rows_];
+    for (int r = 0; r < rows_; ++r) {
+        z[r] = ws_.scratch[r];
+        Az[r] = ws_.ldlt.is_dropped(r) ? 0 : -ws_.residual[r];
+    }
+    const auto product = [&](const Real* a, const Real* b) {
+        Real sum = 0;
+        for (int r = 0; r < rows_; ++r) sum += a[r] * b[r];
+        return sum;
+    };
+    for (int j = 0; j < k; ++j) {
+        const Real c = product(&ws_.images[j * rows_], z) / ws_.norms[j];
+        if (j + 1 < k) {
+            const Real *s = &ws_.steps[(j + 1) * rows_], *y = &ws_.images[(j + 1) * rows_];
+            for (int r = 0; r < rows_; ++r) {
+                z[r] += c * s[r];
+                Az[r] += c * y[r];
+            }
+        } else if (c < 0.9) {  // else the update would be nearly singular
+            for (int r = 0; r < rows_; ++r) {
+                z[r] /= 1 - c;
+                Az[r] /= 1 - c;
+            }
+        }
+    }
+    return ws_.norms[k] = product(Az, z);
+}
+
+bool Integrator::shake(Real h) {
+    Real last = 0;
+    for (int k = 0; k <= settings_.max_iterations; ++k) {
+        trial(h);
+        if (k == settings_.max_iterations) break;
+        ws_.rows.errors(joints_, island_.joints, bodies_, ws_.residual.data());
+        for (int r = 0; r < rows_; ++r) {
+            ws_.residual[r] = (ws_.residual[r] - ws_.target[r]) / h;
+            ws_.scratch[r] = -ws_.residual[r];
+        }
+        ws_.ldlt.solve(ws_.scratch.data());
+        const Real norm2 = broyden_step(k);
+        ++report_.iterations;
+        const Real* step = &ws_.steps[k * rows_];
+        for (int r = 0; r < rows_; ++r) ws_.lambda[r] += step[r];
+        ws_.rows.apply(step, bodies_);
+        const Real moved = std::abs(h) * std::sqrt(std::max(norm2, 0.0) / min_mass_);
+        if (!(moved < std::numeric_limits<Real>::max())) return false;
+        const Real contraction = k > 0 && last > 0 ? moved / last : 1;
+        last = moved;
+        // What the next correction would be, if it shrank as this one did.
+        if (moved * std::min(contraction, 1.0) <= tolerance_) {
+            trial(h);
+            return true;
+        }
+        if (k >= 2 && contraction > 1 && moved > size_) return false;
+    }
+    return last <= 1e3 * tolerance_;
+}
+
+void Integrator::finish_drift() {
+    for (int i = first(); i < island_.dynamic_end; ++i) {
+        BodyMotion& m = motion(i);
+        bodies_.velocity[i].w = ws_.start[i - first()].w_end;
+        if (m.rotor.kind != InertiaKind::kSpherical) m.inv_inertia_W = m.R * m.inv_inertia_B * m.R.transpose();
+    }
+}
+
+void Integrator::project(Real h) {
+    ws_.rows.velocities(bodies_, ws_.residual.data());
+    for (int r = 0; r < rows_; ++r) ws_.residual[r] = -ws_.residual[r];
+    ws_.ldlt.solve(ws_.residual.data());
+    ws_.rows.apply(ws_.residual.data(), bodies_);
+    for (int r = 0; r < rows_; ++r) {
+        ws_.total[r] += ws_.residual[r];
+        ws_.previous[r] = 2 / h * ws_.residual[r];
+    }
+    previous_h_ = h;
+}
+
+bool Integrator::stage(Real h) {
+    for (int r = 0; r < rows_; ++r)
+        ws_.lambda[r] = ws_.ldlt.is_dropped(r) ? 0 : h / 2 * (ws_.previous[r] + (h + previous_h_) / 3 * ws_.slope[r]);
+    kick(0.5 * h);
+    remember_start();
+    drift_driven(h);
+    ws_.rows.apply(ws_.lambda.data(), bodies_);
+    if (!shake(h)) return false;
+    const bool same_way = (h > 0) == (previous_h_ > 0);
+    for (int r = 0; r < rows_; ++r) {
+        ws_.total[r] += ws_.lambda[r];
+        // Stages of opposite sign nearly cancel in h + previous_h: their slope would be noise.
+        if (same_way) ws_.slope[r] = 3 * (2 / h * ws_.lambda[r] - ws_.previous[r]) / (h + previous_h_);
+    }
+    finish_drift();
+    kick(0.5 * h);
+    factor();
+    project(h);
+    return true;
+}
+
+bool Integrator::run(Real dt, int substeps, int stages, Real rate) {
+    const Real h = dt / substeps;
+    // What SHAKE leaves falls with the step's own error, h⁵.
+    const Real turn = std::min(rate * h / 0.15, 1.0);
+    tolerance_ = std::max(settings_.tolerance * turn * turn * turn * turn * turn, 1e-14) * size_ + rounding_;
+    for (int k = 0; k < substeps; ++k)
+        for (int s = 0; s < stages; ++s)
+            if (!stage(stages == 1 ? h : kStage[s] * h)) return false;
+    return true;
+}
+
+bool Integrator::is_finite_state() const {
+    for (int i = first(); i < island_.dynamic_end; ++i) {
+        const BodyMotion& m = bodies_.motion[i];
+        const BodyVelocity& u = bodies_.velocity[i];
+        if (!(is_finite(m.x) && is_finite(m.q) && is_finite(u.v) && is_finite(u.w))) return false;
+    }
+    return true;
+}
+
+void Integrator::store() {
+    const Real h = settings_.warm_step;
+    for_each_listed_joint(joints_, island_.joints, [&](auto kind, auto& j, int i) {
+        constexpr int N = joint_rows(decltype(kind)::value);
+        const int row = ws_.rows.list()[i].first;
+        const VecN<N> slope = Eigen::Map<const VecN<N>>(&ws_.slope[row]);
+        const VecN<N> force = Eigen::Map<const VecN<N>>(&ws_.previous[row]) + previous_h_ / 3 * slope;
+        j.warm_first = h / 2 * (force + h / 3 * slope);
+        j.warm_second = h / 2 * (force - h / 3 * slope);
+        j.total = Eigen::Map<const VecN<N>>(&ws_.total[row]);
+    });
+}
+
+}  // namespace
+
+const char* to_string(RattleFailure failure) {
+    constexpr const char* names[] = {"none", "has contacts", "too costly", "no contraction", "not finite"};
+    return names[static_cast<int>(failure)];
+}
+
+RattleReport solve_island_rattle(RattleWorkspace& workspace, SolverBodies& bodies, JointPool& joints, const SiIsland& island, Real dt,
+                                 const RattleSettings& settings) {
+    RattleReport report;
+    if (island.contacts.begin < island.contacts.end) {
+        report.failure = RattleFailure::kHasContacts;
+        return report;
+    }
+    Integrator integrator(workspace, bodies, joints, island, settings, report);
+    if (!integrator.begin()) {
+        report.failure = RattleFailure::kTooCostly;
+        return report;
+    }
+    // What a rate asks for.
+    const auto substeps_for = [&](Real rate) {
+        const Real n = std::ceil(rate * dt / settings.turn_per_substep);
+        return n < settings.max_substeps ? static_cast<int>(n) : settings.max_substeps;  // also for what is not a number
+    };
+    const auto stages_for = [&](Real rate) { return settings.order < 4 || rate * dt < settings.small_turn ? 1 : 5; };
+    int substeps = std::max(settings.substeps, 1), stages = 1;
+    constexpr int kAttempts = 4;
+    for (int attempt = 1; attempt <= kAttempts && substeps <= std::max(settings.max_substeps, settings.substeps); ++attempt) {
+        integrator.prepare(dt);
+        report.rate = integrator.rate();
+        if (settings.substeps == 0) substeps = std::max(substeps, substeps_for(report.rate));
+        report.substeps = substeps;
+        report.stages = stages = std::max(stages, stages_for(report.rate));
+        report.failure = RattleFailure::kNone;
+        if (!integrator.run(dt, substeps, stages, report.rate)) {
+            report.failure = RattleFailure::kNoContraction;
+            substeps *= 2;
+        } else if (!integrator.is_finite_state()) {
+            report.failure = RattleFailure::kNotFinite;
+            substeps *= 2;
+        } else {
+            const Real rate = integrator.rate();
+            const bool slower = stages >= stages_for(rate) && (settings.substeps > 0 || substeps_for(rate) <= 2 * substeps);
+            if (slower || attempt == kAttempts) {
+                integrator.store();
+                return report;
+            }
+            stages = stages_for(rate);
+            if (settings.substeps == 0) substeps = std::max(substeps, substeps_for(rate));
+        }
+        integrator.restore();
+    }
+    return report;
+}
+
+}  // namespace cairn
