@@ -38,6 +38,7 @@ private:
     void remember_start();
     void trial(Real h);
     void drift_driven(Real h);
+    bool dropped_rows_hold(Real h) const;
     bool shake(Real h);
     Real broyden_step(int k);
     void finish_drift();
@@ -52,6 +53,7 @@ private:
     RattleReport& report_;
     const JointPlan* plan_ = nullptr;
     int rows_ = 0;
+    int dropped_ = 0;      // by the present factor
     Real size_ = 0;        // [m], largest arm
     Real rounding_ = 0;    // [m], of a position
     Real min_mass_ = 0;    // [kg]
@@ -108,7 +110,8 @@ void Integrator::restore() {
 void Integrator::factor() {
     ws_.rows.build(joints_, island_.joints, bodies_);
     ws_.rows.assemble(*plan_, ws_.ldlt);
-    report_.dropped_rows = std::max(report_.dropped_rows, ws_.ldlt.factor(settings_.drop));
+    dropped_ = ws_.ldlt.factor(settings_.drop);
+    report_.dropped_rows = std::max(report_.dropped_rows, dropped_);
     ++report_.factorisations;
 }
 
@@ -270,6 +273,15 @@ Real Integrator::broyden_step(int k) {
     return ws_.norms[k] = product(Az, z);
 }
 
+// Whether rows that the factor dropped are met by the others, at the last residual; else they were not redundant.
+bool Integrator::dropped_rows_hold(Real h) const {
+    if (dropped_ == 0) return true;
+    const Real most = settings_.slack * size_ + report_.gap;
+    for (int r = 0; r < rows_; ++r)
+        if (ws_.ldlt.is_dropped(r) && !(std::abs(h * ws_.residual[r]) <= most)) return false;
+    return true;
+}
+
 bool Integrator::shake(Real h) {
     Real last = 0;
     for (int k = 0; k <= settings_.max_iterations; ++k) {
@@ -293,7 +305,7 @@ bool Integrator::shake(Real h) {
         // What the next correction would be, if it shrank as this one did.
         if (moved * std::min(contraction, 1.0) <= tolerance_) {
             trial(h);
-            return true;
+            return dropped_rows_hold(h);
         }
         if (k >= 2 && contraction > 1 && moved > size_) return false;
     }

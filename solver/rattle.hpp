@@ -17,7 +17,7 @@
 // update (1965; the form by stored steps, Kelley 1995), in the metric of A, learns the difference, so the iteration is superlinear.
 // λ starts from an extrapolation: with f the joint forces, λ = h/2 (f(t₀) + h/3 s), μ = h/2 (f(t₁) − h/3 s) + O(h³) for the same slope s
 // (derivation: expand the drift to h³; time symmetry gives μ), so s is read from the difference of a stage's λ and the μ before it.
-// Redundant rows (closed chains, planar loops): the factor drops them by their pivots; the others hold what they ask.
+// Redundant rows (closed chains, planar loops): the factor drops them by their pivots; the others hold what they ask, which is checked.
 //
 // Joints that are apart at the start: the gap is worked off by moving poses alone, along M⁻¹Gᵀ, at `closing_speed` at most; velocities
 // keep nothing of it, so a scene that is put together wrongly glides together and gains no speed. What is left of the gap is held
@@ -40,13 +40,14 @@ struct RattleSettings {
     int substeps = 0;  // 0: chosen; else as many
     int max_substeps = 64;
     Real turn_per_substep = 1;  // [rad], largest Ω h
-    Real small_turn = 1e-3;     // [rad]: below it one stage is as good as five
+    Real small_turn = 1e-4;     // [rad]: below it one stage is as good as five (it misses (Ω h)²/24 of the motion)
     // What SHAKE may leave of a position error, relative to the largest arm: this at Ω h = 0.15 and more, and less with (Ω h)⁵ as the
     // error of the step falls.
     Real tolerance = 1e-9;
     int max_iterations = 8;      // of SHAKE
     Real closing_speed = 1;      // [m/s]
-    Real drop = 1e-10;           // relative pivot below which a row counts as redundant
+    Real drop = 1e-12;           // relative pivot below which a row counts as redundant
+    Real slack = 1e-6;           // a redundant row that misses by more of the largest arm is none: no contraction
     Real max_flops = 5e6;        // of one factorisation: beyond it the island is left to others
     Real warm_step = 1.0 / 240;  // [s]: length of the substep whose impulses the pool's warm_first and warm_second are
 };
