@@ -148,11 +148,12 @@ SolverChoice choose_solver(SolverChoice wanted, const SiIsland& island) {
     return island.contacts.begin == island.contacts.end ? SolverChoice::kRattle : SolverChoice::kSi;
 }
 
-bool solve_by_rattle(WorldData& world, const SiIsland& island, Real dt, StepReport& report) {
+bool solve_by_rattle(WorldData& world, const SiIsland& island, Real dt, SiReport& counts) {
     RattleSettings settings;
     settings.warm_step = dt / world.settings.substeps;
     const RattleReport solved = solve_island_rattle(world.rattle, world.solver_bodies, world.joint_pool, island, dt, settings);
-    report.rotor_calls += solved.rotor_calls;
+    counts.rotor_calls += solved.rotor_calls;
+    counts.joint_sweeps += solved.iterations + solved.factorisations;  // each is a pass over the rows
     return solved.ok();
 }
 
@@ -160,7 +161,7 @@ bool solve_by_rattle(WorldData& world, const SiIsland& island, Real dt, StepRepo
 bool solve_island(WorldData& world, const SiIsland& island, Real dt, const SiSettings& settings, SiReport& solved, StepReport& report) {
     const SolverChoice wanted = world.settings.solver;
     SolverChoice solver = choose_solver(wanted, island);
-    if (solver == SolverChoice::kRattle && !solve_by_rattle(world, island, dt, report)) {
+    if (solver == SolverChoice::kRattle && !solve_by_rattle(world, island, dt, solved)) {
         if (wanted == SolverChoice::kRattle) return false;
         solver = SolverChoice::kSi;
     }
