@@ -8,6 +8,7 @@ table=$(mktemp)
 trap 'rm -f "$table"' EXIT
 {
     echo '```'
+    if [ $# -eq 0 ]; then set -- --engines cairn --dt 1/60 --repeats 1; fi
     "$cairn" bench "$@" 2>/dev/null
     echo '```'
     processor=$(sed -n 's/^model name[^:]*: //p' /proc/cpuinfo 2>/dev/null | head -1)

@@ -1,4 +1,5 @@
 #include "apps/cli/bench/compare.hpp"
+#include "apps/cli/bench/instructions.hpp"
 #include "apps/cli/bench/verdict.hpp"
 #include "apps/cli/commands.hpp"
 #include "apps/cli/options.hpp"
@@ -27,11 +28,26 @@ struct Arguments {
     double timeout = 120;
     int sleep = 0;
     bool mixed = false;
+    bool instructions = false;
 };
 
 int repeats_of(const Arguments& a) {
     if (a.repeats > 0) return a.repeats;
     return a.request.quick ? 3 : 5;
+}
+
+// One more run of each of Cairn's cases, under callgrind: what it counts does not depend on what else the machine does.
+void count_all(const std::vector<BenchCase>& cases, ResultFolder& folder) {
+    if (!can_count_instructions()) throw Error("--instructions: needs valgrind");
+    Progress progress(true);
+    for (std::size_t k = 0; k < cases.size(); ++k) {
+        BenchRow& row = folder.row(cases[k].id());
+        if (cases[k].engine.name == "cairn" && row.status != "unsupported" && row.instructions == 0) {
+            row.instructions = count_instructions(cases[k]);
+            folder.keep(row);
+        }
+        progress.update(static_cast<long>(k + 1), static_cast<long>(cases.size()));
+    }
 }
 
 // Every case once, then every case again, so that a slow spell of the machine meets all engines alike.
@@ -103,6 +119,7 @@ int bench(Arguments& a) {
                machine.compiler, machine.flags, machine.commit);
     std::fflush(stdout);
     run_all(cases, a, folder);
+    if (a.instructions) count_all(cases, folder);
     std::vector<const BenchRow*> rows;
     std::vector<BenchRow> copies;
     std::vector<std::string> order;
@@ -149,6 +166,7 @@ void add_options(CLI::App& command, Arguments& a) {
     command.add_option("--out", a.out, "Folder for results; a broken benchmark goes on where it stopped");
     command.add_flag("--mixed", a.mixed, "Add to results of another commit or machine");
     command.add_option("--shard", r.shard, "I/N: the I-th part of N; cairn report merges the folders");
+    command.add_flag("--instructions", a.instructions, "Also count Cairn's instructions, by valgrind's callgrind: some 50 times as slow");
     command.add_option("--compare", a.compare, "results.json of an older benchmark; fails if something got less accurate");
     command.add_option("--threshold", a.limits.accuracy, "Share by which an error may grow")
         ->check(CLI::NonNegativeNumber)

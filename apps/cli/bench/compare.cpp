@@ -26,6 +26,12 @@ Comparison compare_results(const std::vector<BenchRow>& before, const std::vecto
         const std::string change = fmt::format("{}: {} {:.4g} (was {:.4g}) {}", row.id, row.metric, row.error, was.error, row.unit);
         if (std::isfinite(was.error) && !(row.error <= was.error + slack)) result.worse.push_back(change);
         if (std::isfinite(row.error) && row.error < was.error - slack) result.better.push_back(change);
+        if (row.instructions > 0 && was.instructions > 0) {
+            if (row.instructions > (1 + limits.instructions) * was.instructions) {
+                result.slower.push_back(fmt::format("{}: {:.4g} instructions (was {:.4g})", row.id, row.instructions, was.instructions));
+            }
+            continue;
+        }
         const double noise = std::max(limits.time, row.spread() + was.spread());
         if (was.wall_median() > 0 && row.wall_median() > (1 + noise) * was.wall_median()) {
             result.slower.push_back(fmt::format("{}: {:.3g} s (was {:.3g} s, spreads {:.0f} % and {:.0f} %)", row.id, row.wall_median(),

@@ -205,7 +205,10 @@ std::string BenchCase::id() const {
 }
 
 std::string BenchCase::command() const {
-    std::string text = fmt::format("cairn bench --scene {} --dt {}", file->path.empty() ? file->scene.name : file->path, dt);
+    // Shipped and generated scenes go by name, wherever they are on this machine.
+    const std::string& path = file->path;
+    const bool by_name = path.empty() || fs::path(path) == fs::path(shipped_scene_folder()) / (file->scene.name + ".json");
+    std::string text = fmt::format("cairn bench --scene {} --dt {}", by_name ? file->scene.name : path, dt);
     text += engine.path.empty() ? fmt::format(" --engines {}", engine.name)
                                 : fmt::format(" --engines '' --engine {}={}", engine.name, engine.path);
     if (settings.solver) text += fmt::format(" --solver {}", solver_name(*settings.solver));

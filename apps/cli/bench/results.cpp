@@ -53,6 +53,7 @@ Json to_json(const BenchRow& r) {
             {"contacts", r.contacts},
             {"walls_s", r.walls},
             {"step_medians_s", r.step_medians},
+            {"instructions", r.instructions},
             {"state_hash", r.state_hash},
             {"same_states", r.same_states},
             {"settings", r.settings},
@@ -83,6 +84,7 @@ BenchRow row_from(const Json& j) {
     r.contacts = j.at("contacts");
     r.walls = j.at("walls_s").get<std::vector<double>>();
     r.step_medians = j.at("step_medians_s").get<std::vector<double>>();
+    r.instructions = j.value("instructions", 0.0);
     r.state_hash = j.at("state_hash");
     r.same_states = j.at("same_states");
     r.settings = j.at("settings");

@@ -25,6 +25,7 @@ struct BenchRow {
     int contacts = 0;
     std::vector<double> walls;         // [s] in the engine's steps, one a repeat
     std::vector<double> step_medians;  // [s]
+    double instructions = 0;           // of one run, counted by callgrind; 0: not counted
     std::string state_hash;            // of the first repeat
     bool same_states = true;           // of all repeats
 

@@ -36,7 +36,7 @@ std::string gnuplot_text(const std::string& text) {
 
 const char* const kCommon =
     "reset\nunset multiplot\nset encoding utf8\nset border lw 0.8\nset grid lc rgb '#999999' lw 0.4 dt 3\nset tics nomirror\n"
-    "set key outside below horizontal samplen 1.5 noenhanced\n";
+    "set key above horizontal maxrows 1 samplen 1 width 1 noenhanced\n";
 
 void plot_lines(std::string& script, const std::vector<std::string>& plots) {
     script += "plot " + fmt::format("{}", fmt::join(plots, ", \\\n     ")) + "\n";
