@@ -7,7 +7,7 @@
 #include <filesystem>
 
 TEST_CASE("help explains with examples and exits with 0") {
-    for (const char* command : {"run", "list", "scenes", "bench", "stress", "report"}) {
+    for (const char* command : {"run", "list", "scenes", "bench", "stress", "report", "study"}) {
         const ProgramResult r = run_cairn(std::string(command) + " --help");
         CAPTURE(command, r.out);
         CHECK(r.exit_code == 0);
