@@ -76,7 +76,8 @@ Creep creep_of(const Scene& scene, const StudyModel& model, Real duration) {
         const auto angle = [](const Vec3& a, const Vec3& b) { return std::acos(std::min(std::abs(a.dot(b)), 1.0)); };
         if (last != Vec3::Zero()) c.turn += angle(t1, last);
         c.off += angle(t1, down);
-        if (run.time() < 2) c.direction.points.push_back({run.time(), 180 / kPi * std::atan2(t1.dot(across), t1.dot(down))});
+        const Real theta = 180 / kPi * std::atan2(t1.dot(across), t1.dot(down));
+        if (run.time() < 2) c.direction.points.push_back({run.time(), theta > 90 ? theta - 180 : theta < -90 ? theta + 180 : theta});
         last = t1;
         ++samples;
     }
@@ -92,7 +93,7 @@ std::string degrees(Real radians) {
 StudyCurve scatter(const Scene& scene, const NamedFriction& friction, Real duration, Real& largest) {
     StudyModel m = textbook_warm(friction.name);
     m.settings.model.friction = friction.model;
-    StudyCurve curve{friction.name, "points pt 7 ps 0.3", "1:2", {}};
+    StudyCurve curve{friction.name, "points pt 7 ps 0.5", "1:2", {}};
     StudyRun run(scene, m);
     largest = 0;
     while (run.time() < duration) {
@@ -169,7 +170,7 @@ void study_static_friction(StudyReport& s, bool quick) {
                               "set xlabel 't [s]'\nset ylabel 'creep [mm]'\nset logscale y\nset yrange [1e-3:1e4]\nset format y "
                               "'10^{%L}'\nset key left top Left reverse maxrows 2");
     StudyFigure& g = s.figure("2c_direction", "Direction of t₁ of one contact point against the slope's direction.",
-                              "set xlabel 't [s]'\nset ylabel 'angle [°]'\nset yrange [-180:180]\nset ytics 90");
+                              "set xlabel 't [s]'\nset ylabel 'angle [°]'\nset yrange [-90:90]\nset ytics 30");
     Real one = 0, pyramid = 0, turn = 0;
     const auto add = [&](const StudyModel& m) {
         const Creep c = creep_of(slope, m, duration);
@@ -266,8 +267,9 @@ void study_pyramid(StudyReport& s, bool quick) {
                  "Friction impulses of every point while the ball hits the stack, as shares of μ λ_N, along tangents "
                  "that stay: the fixed pyramid is a square, the cone a disc, the pyramid along the slip a square that turns.",
                  "set size ratio -1\nset xlabel 'α_1 / (μ λ_N)'\nset ylabel 'α_2 / (μ λ_N)'\nset xrange [-1.5:1.5]\nset yrange "
-                 "[-1.5:1.5]\nset key outside\nset style fill empty\n"
-                 "set object 1 circle at 0,0 size 1 front\nset object 2 rectangle from -1,-1 to 1,1 front");
+                 "[-1.5:1.5]\nset key outside\n"
+                 "set object 1 circle at 0,0 size 1 behind fillstyle empty border lc rgb 'gray'\nset object 2 rectangle from -1,-1 to 1,1 "
+                 "behind fillstyle empty border lc rgb 'gray'");
     Real corner = 0, disc = 0;
     dots.curves.push_back(scatter(thrown, kFrictions[1], thrown.duration, corner));
     dots.curves.push_back(scatter(thrown, kFrictions[3], thrown.duration, disc));
