@@ -46,7 +46,7 @@ std::vector<std::string> wins_of_others(const std::vector<BenchRow>& rows) {
         if (r.engine == "cairn" || !counts(r)) continue;
         bool met = false, beats_all = true;
         for (const BenchRow& own : rows) {
-            if (own.engine != "cairn" || own.scene != r.scene || own.dt_text != r.dt_text) continue;
+            if (own.engine != "cairn" || own.scene != r.scene || own.dt_text != r.dt_text || own.status == "unsupported") continue;
             met = true;
             const bool no_less_accurate = r.error <= std::max(own.error, kRounding);
             beats_all = beats_all && (own.status != "ok" || (no_less_accurate && r.wall_median() < own.wall_median()));
@@ -57,6 +57,31 @@ std::vector<std::string> wins_of_others(const std::vector<BenchRow>& rows) {
     for (const auto& [engine, where] : wins) {
         sentences.push_back(
             fmt::format("{} is faster and no less accurate than Cairn at the same step in: {}", engine, fmt::join(where, ", ")));
+    }
+    return sentences;
+}
+
+std::vector<std::string> faster_others(const std::vector<BenchRow>& rows) {
+    struct Tally {
+        int faster = 0, met = 0;
+    };
+    std::map<std::string, Tally> tallies;
+    for (const BenchRow& r : rows) {
+        if (r.engine == "cairn" || !counts(r)) continue;
+        const BenchRow* own = nullptr;
+        for (const BenchRow& c : rows) {
+            if (c.engine != "cairn" || c.scene != r.scene || c.dt_text != r.dt_text || !counts(c)) continue;
+            if (own == nullptr || c.wall_median() < own->wall_median()) own = &c;
+        }
+        if (own == nullptr) continue;
+        ++tallies[r.engine].met;
+        tallies[r.engine].faster += r.wall_median() < own->wall_median() ? 1 : 0;
+    }
+    std::vector<std::string> sentences;
+    for (const auto& [engine, tally] : tallies) {
+        sentences.push_back(
+            fmt::format("{} takes less time than Cairn at the same step, at whatever error, in {} of the {} cases that both pass", engine,
+                        tally.faster, tally.met));
     }
     return sentences;
 }

@@ -11,6 +11,9 @@ std::string label_of(const BenchRow& row);
 // Where another engine is faster and no less accurate than Cairn at the same step, or holds where Cairn fails: a sentence for each engine.
 std::vector<std::string> wins_of_others(const std::vector<BenchRow>& rows);
 
+// Where another engine is faster than Cairn at the same step, at whatever error: a sentence for each engine.
+std::vector<std::string> faster_others(const std::vector<BenchRow>& rows);
+
 // Rows of one scene that no other row of it beats in both time and error, in order of time. Only runs that count.
 std::vector<const BenchRow*> pareto_front(const std::vector<BenchRow>& rows, const std::string& scene);
 

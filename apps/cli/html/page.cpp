@@ -165,9 +165,10 @@ std::string report_page(const ReportData& data) {
     html += "<h2>What the others do better</h2>\n";
     const std::vector<std::string> wins = wins_of_others(data.rows);
     if (wins.empty()) html += "<p>In no case was another engine faster and no less accurate at the same step.</p>\n";
-    if (!wins.empty()) html += "<ul>\n";
+    html += "<ul>\n";
     for (const std::string& win : wins) html += "<li>" + escaped(win) + "</li>\n";
-    if (!wins.empty()) html += "</ul>\n";
+    for (const std::string& line : faster_others(data.rows)) html += "<li>" + escaped(line) + "</li>\n";
+    html += "</ul>\n";
     html += "<p>Scenes in which an engine has a point on the Pareto front (nothing is both faster and more accurate): ";
     std::vector<std::string> counts;
     for (const auto& [label, count] : front_counts(data.rows)) counts.push_back(fmt::format("{} {}", escaped(label), count));
@@ -193,7 +194,8 @@ std::string report_markdown(const ReportData& data, const std::string& figures) 
     md += "### What the others do better\n\n";
     const std::vector<std::string> wins = wins_of_others(data.rows);
     for (const std::string& win : wins) md += "- " + win + "\n";
-    if (wins.empty()) md += "In no case was another engine faster and no less accurate at the same step.\n";
+    for (const std::string& line : faster_others(data.rows)) md += "- " + line + "\n";
+    if (wins.empty()) md += "\nIn no case was another engine faster and no less accurate at the same step.\n";
     md += "\nScenes with a point on the Pareto front: ";
     std::vector<std::string> counts;
     for (const auto& [label, count] : front_counts(data.rows)) counts.push_back(fmt::format("{} {}", label, count));

@@ -12,12 +12,15 @@ namespace {
 
 std::string chain(double links, bool quick) {
     const int count = static_cast<int>(links);
-    SceneWriter scene(fmt::format("chain_{}", count), "Links on ball joints, let go from level", quick ? 2 : 5, 0.05);
+    SceneWriter scene(fmt::format("chain_{}", count), "Links on ball joints that meet nothing, let go from level", quick ? 2 : 5, 0.05);
     const Real half = 0.1;
     std::string before;
     for (int k = 0; k < count; ++k) {
         const std::string name = fmt::format("link{}", k);
-        scene.dynamic(name, 1, {(2 * k + 1) * half, 0, 50}, box_shape({half, 0.03, 0.03}));
+        OrderedJson& link = scene.dynamic(name, 1, {(2 * k + 1) * half, 0, 50}, box_shape({half, 0.03, 0.03}));
+        // Without shapes, which would meet when the chain folds: the limit is of the joints.
+        link["shapes"] = OrderedJson::array();
+        link["inertia"] = {0.0006, 0.003633333, 0.003633333};  // that of the rod
         scene.joint("ball", before, name, {2 * k * half, 0, 50});
         before = name;
     }
@@ -52,8 +55,8 @@ std::string hangs_together(const Scene& scene, const EngineRun& run) {
 
 std::vector<Limit> joint_limits() {
     return {
-        {"chain", "longest chain of equal links, let go from level", "links", "it stretches by no more than 1 %", ladder(2, 200, 12, true),
-         chain, holds},
+        {"chain", "longest chain of equal links that meet nothing, let go from level", "links", "it stretches by no more than 1 %",
+         ladder(2, 200, 12, true), chain, holds},
         {"ring", "largest closed ring of rods, hung at one joint", "rods", "joints are apart by no more than 1 % of a rod, rms",
          ladder(4, 64, 9, true), ring, hangs_together},
     };

@@ -91,6 +91,12 @@ TEST_CASE("a win of another engine is told: faster and no less accurate, or righ
     CHECK(wins_of_others(rows).empty());
 }
 
+TEST_CASE("what is faster at whatever error is counted") {
+    const std::vector<BenchRow> rows = {row("cairn", 2, 0.1, "s"), row("a", 1, 9, "s"), row("cairn", 2, 0.1, "t"), row("a", 3, 9, "t")};
+    REQUIRE(faster_others(rows).size() == 1);
+    CHECK(faster_others(rows).front().find("in 1 of the 2 cases") != std::string::npos);
+}
+
 TEST_CASE("a comparison finds what got less accurate, fails anew or is slower beyond the noise") {
     const std::vector<BenchRow> before = {row("cairn", 1, 0.1), row("b", 1, 1e-15), row("c", 1, 0.1), row("d", 1, 0.1)};
     std::vector<BenchRow> now = before;
