@@ -239,7 +239,8 @@ void study_shifted_stack(StudyReport& s, bool quick) {
             poses.curves.push_back(outlines(each ? "per-iteration clamp" : "accumulated clamp", scene, seen, each ? 0 : 3.5));
         }
     }
-    const StudyModel m = default_auto();
+    StudyModel m = default_auto();
+    m.name += ", friction";
     t.row(standing_row(m, stand(scene, m, duration, 0.5)));
     StudyFigure& f = s.figure("1f_spin", "Largest angular velocity after one step, over the number of sweeps.",
                               "set xlabel 'sweeps'\nset ylabel 'ω [rad/s]'\nset logscale xy\nset format y '10^{%L}'\nset key left bottom");
