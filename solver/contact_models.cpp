@@ -90,8 +90,10 @@ Real sweep_frictions(ContactPool& pool, BlockRange range, SolverBodies& bodies, 
             const FrictionRow* rows = &pool.frictions[block.friction + 2 * i];
             const Tangential next = friction_step(model, rows, u, impulse, block.mu * std::max(impulse.normal, 0.0));
             const Real delta[2] = {next.x - impulse.friction[0], next.y - impulse.friction[1]};
+            // Not += delta, which would round past the bound where the impulse was large before.
+            impulse.friction[0] = next.x;
+            impulse.friction[1] = next.y;
             for (int j = 0; j < 2; ++j) {
-                impulse.friction[j] += delta[j];
                 u.apply(block, rows[j].t, rows[j], delta[j]);
                 change = std::max(change, std::abs(delta[j]) * block.max_inv_mass);
             }
