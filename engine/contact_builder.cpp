@@ -107,11 +107,14 @@ void build_manifold(WorldData& world, Real dt, const Contact& c, CachedManifold&
     for (int i = 0; i < m.count; ++i) {
         CachedPoint& p = m.points[i];
         WarmImpulse& warm = pool.warm[block.first + i];
-        warm = {p.warm_position, p.warm_velocity, {0, 0}};
+        warm = {p.warm_position, p.warm_velocity};
         if (block.friction >= 0) {
             const FrictionRow* rows = &pool.frictions[block.friction + 2 * i];
-            warm.friction[0] = rows[0].t.dot(p.warm_friction);
-            if (friction != FrictionModel::kOneDirection) warm.friction[1] = rows[1].t.dot(p.warm_friction);
+            const int directions = friction == FrictionModel::kOneDirection ? 1 : 2;
+            for (int j = 0; j < directions; ++j) {
+                warm.friction[j] = rows[j].t.dot(p.warm_friction);
+                warm.friction_first[j] = rows[j].t.dot(p.warm_friction_first);
+            }
             p.t1 = rows[0].t;
         }
         pool.impulse[block.first + i] = {};
@@ -161,6 +164,7 @@ void store_contact_impulses(WorldData& world, const SiIsland& island) {
             p.friction_impulse[1] = total.friction[1];
             if (block.friction < 0) continue;
             const FrictionRow* rows = &pool.frictions[block.friction + 2 * i];
+            p.warm_friction_first = warm.friction_first[0] * rows[0].t + warm.friction_first[1] * rows[1].t;
             p.warm_friction = warm.friction[0] * rows[0].t + warm.friction[1] * rows[1].t;
         }
     }

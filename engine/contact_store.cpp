@@ -28,6 +28,7 @@ void take_impulses(CachedPoint& to, const CachedPoint& from) {
     to.warm_position = from.warm_position;
     to.warm_velocity = from.warm_velocity;
     to.warm_friction = from.warm_friction;
+    to.warm_friction_first = from.warm_friction_first;
     to.t1 = from.t1;
 }
 

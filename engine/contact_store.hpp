@@ -24,6 +24,7 @@ struct CachedPoint {
     std::uint32_t feature = 0;
     Real warm_position = 0;  // [N s], what a substep starts with (solver/contact_rows.hpp: WarmImpulse)
     Real warm_velocity = 0;
+    Vec3 warm_friction_first = Vec3::Zero();  // [N s], world, likewise, of the first solve
     Vec3 warm_friction = Vec3::Zero();  // [N s], world, likewise
     Real normal_impulse = 0;            // [N s], summed over the last step's substeps
     Real friction_impulse[2] = {0, 0};  // [N s], along t1 and n × t1, likewise

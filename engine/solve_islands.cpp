@@ -143,11 +143,6 @@ void store_island(WorldData& world, int index, const SiIsland& island, StepRepor
     store_joints<1>(world, world.joint_pool.distance, JointType::kDistance, island.joints);
 }
 
-SolverChoice choose_solver(SolverChoice wanted, const SiIsland& island) {
-    if (wanted != SolverChoice::kAuto) return wanted;
-    return island.contacts.begin == island.contacts.end ? SolverChoice::kRattle : SolverChoice::kSi;
-}
-
 bool solve_by_rattle(WorldData& world, const SiIsland& island, Real dt, SiReport& counts) {
     RattleSettings settings;
     settings.warm_step = dt / world.settings.substeps;
@@ -157,21 +152,48 @@ bool solve_by_rattle(WorldData& world, const SiIsland& island, Real dt, SiReport
     return solved.ok();
 }
 
-// False: a solver was forced that cannot solve this island; bodies and joints are as they were.
-bool solve_island(WorldData& world, const SiIsland& island, Real dt, const SiSettings& settings, SiReport& solved, StepReport& report) {
-    const SolverChoice wanted = world.settings.solver;
-    SolverChoice solver = choose_solver(wanted, island);
+void solve_directly(WorldData& world, const SiIsland& island, Real dt, const SolverPlan& plan, SiReport& counts, StepReport& report) {
+    DirectSettings settings;
+    settings.substeps = plan.substeps;
+    const DirectReport solved = solve_island_direct(world.solver_bodies, world.contact_pool, island, dt, settings, plan.direct->cache);
+    note_direct(*plan.direct, points_of(world, island), solved);
+    report.factorisations += solved.factorisations;
+    counts.add(solved.si);
+    counts.residual = std::max(counts.residual, solved.residual);
+}
+
+void scale_warm_impulses(WorldData& world, const SiIsland& island, Real scale) {
+    if (scale == 1) return;
+    scale_warm_start(world.contact_pool, island.contacts, scale);
+    scale_warm_start(world.joint_pool, island.joints, scale);
+}
+
+// False: a solver was forced that cannot solve this island; bodies and joints are as they were. `scale` is that of the warm impulses.
+bool solve_island(WorldData& world, int index, const SiIsland& island, Real dt, Real scale, SiReport& solved, StepReport& report) {
+    const SolverPlan plan = choose_solver(world, index, island, dt);
+    if (!takes(plan.solver, island)) return false;
+    // The cache holds the impulses of a substep of the default length.
+    scale_warm_impulses(world, island, scale * world.settings.substeps / plan.substeps);
+    SolverChoice solver = plan.solver;
+    if (solver == SolverChoice::kDirect) solve_directly(world, island, dt, plan, solved, report);
     if (solver == SolverChoice::kRattle && !solve_by_rattle(world, island, dt, solved)) {
-        if (wanted == SolverChoice::kRattle) return false;
+        if (world.settings.solver == SolverChoice::kRattle) return false;
         solver = SolverChoice::kSi;
     }
-    if (solver == SolverChoice::kDirect) return false;
     if (solver == SolverChoice::kSi) {
         if (!island.joints.empty()) build_joints(world.joint_pool, island.joints, world.solver_bodies);
-        solved.add(solve_island_si(world.solver_bodies, world.contact_pool, world.joint_pool, island, dt, settings));
+        solved.add(solve_island_si(world.solver_bodies, world.contact_pool, world.joint_pool, island, dt, si_settings(world.settings)));
     }
+    scale_warm_impulses(world, island, static_cast<Real>(plan.substeps) / world.settings.substeps);
     ++report.islands_of[static_cast<int>(solver)];
     return true;
+}
+
+// What has not been solved directly for long gives its memory back.
+void forget_direct_states(WorldData& world) {
+    constexpr std::uint64_t kKept = 256;
+    if (++world.step_count % kKept != 0) return;
+    std::erase_if(world.direct_states, [&](const auto& entry) { return entry.second.last_step + kKept < world.step_count; });
 }
 
 void refuse_island(const WorldData& world, int index, StepReport& report) {
@@ -231,18 +253,14 @@ void build_islands(WorldData& world, StepReport& report) {
 void solve_islands(WorldData& world, Real dt, StepReport& report) {
     if (world.islands.count() == 0) return;
     clear_rows(world);
-    const SiSettings settings = si_settings(world.settings);
+    forget_direct_states(world);
     // Impulses of a substep scale with its length. Those of a far shorter one are rounding noise, which would be made great.
     constexpr Real kMostGrowth = 1e3;
     const Real growth = world.last_dt > 0 ? dt / world.last_dt : 1, scale = growth > kMostGrowth ? 0 : growth;
     SiReport solved;
     for (int i = 0; i < world.islands.count(); ++i) {
         const SiIsland island = build_island(world, i, dt);
-        if (scale != 1) {
-            scale_warm_start(world.contact_pool, island.contacts, scale);
-            scale_warm_start(world.joint_pool, island.joints, scale);
-        }
-        if (!solve_island(world, island, dt, settings, solved, report)) {
+        if (!solve_island(world, i, island, dt, scale, solved, report)) {
             refuse_island(world, i, report);
             continue;
         }

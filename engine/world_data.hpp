@@ -3,6 +3,7 @@
 
 #include "collision/broad_phase.hpp"
 #include "collision/narrow_phase.hpp"
+#include "engine/choose_solver.hpp"
 #include "engine/contact_store.hpp"
 #include "engine/island.hpp"
 #include "engine/world.hpp"
@@ -107,6 +108,8 @@ struct WorldData {
     std::unordered_map<std::uint64_t, int> jointed_pairs;  // body pairs whose joint keeps them from colliding
     std::uint32_t next_sleep_group = 1;
     Real last_dt = 0;
+    std::uint64_t step_count = 0;
+    std::unordered_map<std::uint32_t, DirectState> direct_states;  // by the lowest body of the island
 
     // Scratch of a step: kept for its memory.
     std::vector<ProxyPair> begun, ended;
@@ -120,6 +123,7 @@ struct WorldData {
     std::vector<std::uint32_t> joint_sources[5];
     std::vector<int> solver_index;  // body → index in solver_bodies, this island
     std::vector<std::uint32_t> kinematic_used;
+    std::vector<std::pair<int, int>> island_pairs;
 };
 
 // External acceleration of a dynamic body [m/s²].

@@ -32,7 +32,7 @@ void hash_point(Hasher& h, const CachedPoint& p) {
     h.add(p.core_a_A), h.add(p.core_b_B);
     h.add(p.radius_a), h.add(p.radius_b), h.add(p.separation);
     h.add_word(p.feature);
-    h.add(p.warm_position), h.add(p.warm_velocity), h.add(p.warm_friction);
+    h.add(p.warm_position), h.add(p.warm_velocity), h.add(p.warm_friction), h.add(p.warm_friction_first);
     h.add(p.normal_impulse), h.add(p.friction_impulse[0]), h.add(p.friction_impulse[1]);
     h.add(p.t1);
 }

@@ -6,6 +6,15 @@
 #include <algorithm>
 #include <cmath>
 
+// One source, compiled for the vector widths of today's machines and chosen at run time. Every lane does what the scalar code would, and
+// nothing is fused, so that all give the same bits.
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && defined(__OPTIMIZE__) && !defined(__SANITIZE_ADDRESS__) && \
+    !defined(__SANITIZE_THREAD__)
+#define CAIRN_WIDE __attribute__((target_clones("avx512f", "avx2", "default")))
+#else
+#define CAIRN_WIDE
+#endif
+
 namespace cairn {
 namespace {
 
@@ -133,7 +142,7 @@ void BlockCholesky::set_zero() {
     std::fill(values_.begin(), values_.end(), 0.0);
 }
 
-bool BlockCholesky::factorise() {
+CAIRN_WIDE bool BlockCholesky::factorise() {
     for (int j = 0; j < n_; ++j) {
         for (int p = start_[j]; p < start_[j + 1]; ++p) local_[rows_[p]] = p;
         for (int e = row_start_[j]; e < row_start_[j + 1]; ++e) {

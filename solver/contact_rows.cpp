@@ -10,14 +10,6 @@ constexpr Real kInfinity = std::numeric_limits<Real>::infinity();
 // Sine of the least angle between a wanted tangent and the normal at which it still says a direction.
 constexpr Real kLeastTangent = 1e-3;
 
-template <typename Function>
-void for_each_point(const ContactPool& pool, BlockRange range, Function f) {
-    for (int k = range.begin; k < range.end; ++k) {
-        const ContactBlock& block = pool.blocks[k];
-        for (int p = block.first; p < block.first + block.count; ++p) f(p);
-    }
-}
-
 // The friction rows of each point of a block; bounds from the accumulated normal impulses. The two rows of a point are solved side by side:
 // each still sees its own velocity alone, so a sliding point's friction stays along its slip. Returns the largest change of an impulse.
 Real sweep_block_friction(ContactPool& pool, const ContactBlock& block, BlockVelocity& u) {
@@ -75,9 +67,9 @@ void return_warm_friction(ContactPool& pool, const ContactBlock& block, SolverBo
     u.store(block, bodies);
 }
 
-// Adds the normal impulses that `normal_of` takes from the warm ones, and `friction_share` of the friction.
-template <typename NormalOf>
-void warm_start(ContactPool& pool, BlockRange range, SolverBodies& bodies, Real friction_share, NormalOf normal_of) {
+// Adds the impulses that `normal_of` and `friction_of` take from the warm ones.
+template <typename NormalOf, typename FrictionOf>
+void warm_start(ContactPool& pool, BlockRange range, SolverBodies& bodies, NormalOf normal_of, FrictionOf friction_of) {
     for (int k = range.begin; k < range.end; ++k) {
         const ContactBlock& block = pool.blocks[k];
         BlockVelocity u(block, bodies);
@@ -91,7 +83,7 @@ void warm_start(ContactPool& pool, BlockRange range, SolverBodies& bodies, Real 
             if (block.friction < 0 || (warm.friction[0] == 0 && warm.friction[1] == 0)) continue;
             for (int j = 0; j < 2; ++j) {
                 const FrictionRow& row = pool.frictions[block.friction + 2 * i + j];
-                const Real friction = friction_share * warm.friction[j];
+                const Real friction = friction_of(warm, j);
                 impulse.friction[j] += friction;
                 u.apply(block, row.t, row, friction);
             }
@@ -206,52 +198,78 @@ void scale_warm_start(ContactPool& pool, BlockRange range, Real scale) {
             WarmImpulse& warm = pool.warm[p];
             warm.position *= scale;
             warm.velocity *= scale;
-            for (Real& f : warm.friction) f *= scale;
+            for (int j = 0; j < 2; ++j) {
+                warm.friction[j] *= scale;
+                warm.friction_first[j] *= scale;
+            }
         }
     }
 }
 
 void warm_start_first(ContactPool& pool, BlockRange range, SolverBodies& bodies) {
-    warm_start(pool, range, bodies, 0.5, [](const WarmImpulse& warm, Real) { return warm.position; });
+    warm_start(
+        pool, range, bodies, [](const WarmImpulse& warm, Real) { return warm.position; },
+        [](const WarmImpulse& warm, int j) { return warm.friction_first[j]; });
 }
 
 void warm_start_second(ContactPool& pool, BlockRange range, SolverBodies& bodies) {
-    warm_start(pool, range, bodies, 0.5, [](const WarmImpulse& warm, Real accumulated) { return std::max(warm.velocity, -accumulated); });
+    warm_start(
+        pool, range, bodies, [](const WarmImpulse& warm, Real accumulated) { return std::max(warm.velocity, -accumulated); },
+        [](const WarmImpulse& warm, int j) { return warm.friction[j] - warm.friction_first[j]; });
 }
 
 void warm_start_all(ContactPool& pool, BlockRange range, SolverBodies& bodies) {
-    warm_start(pool, range, bodies, 1, [](const WarmImpulse& warm, Real) { return warm.position + warm.velocity; });
+    warm_start(
+        pool, range, bodies, [](const WarmImpulse& warm, Real) { return warm.position + warm.velocity; },
+        [](const WarmImpulse& warm, int j) { return warm.friction[j]; });
 }
 
 void hold_contacts(ContactPool& pool, BlockRange range, SolverBodies& bodies) {
     for (int k = range.begin; k < range.end; ++k) {
         const ContactBlock& block = pool.blocks[k];
-        for (int p = block.first; p < block.first + block.count; ++p) pool.normals[p].held_impulse = pool.impulse[p].normal;
         if (block.friction >= 0) return_warm_friction(pool, block, bodies);
+        for (int i = 0; i < block.count; ++i) {
+            const PointImpulse& impulse = pool.impulse[block.first + i];
+            pool.normals[block.first + i].held_impulse = impulse.normal;
+            if (block.friction < 0) continue;
+            for (int j = 0; j < 2; ++j) pool.frictions[block.friction + 2 * i + j].held_impulse = impulse.friction[j];
+        }
     }
 }
 
 void release_contacts(ContactPool& pool, BlockRange range) {
-    for_each_point(pool, range, [&](int p) {
-        NormalRow& row = pool.normals[p];
-        row.touching = pool.impulse[p].normal > 0 || row.separation <= 0;
-        pool.impulse[p].normal = row.held_impulse;
-    });
+    for (int k = range.begin; k < range.end; ++k) {
+        const ContactBlock& block = pool.blocks[k];
+        for (int i = 0; i < block.count; ++i) {
+            PointImpulse& impulse = pool.impulse[block.first + i];
+            NormalRow& row = pool.normals[block.first + i];
+            row.touching = impulse.normal > 0 || row.separation <= 0;
+            impulse.normal = row.held_impulse;
+            if (block.friction < 0) continue;
+            for (int j = 0; j < 2; ++j) impulse.friction[j] = pool.frictions[block.friction + 2 * i + j].held_impulse;
+        }
+    }
 }
 
-void close_contact_substep(ContactPool& pool, BlockRange range) {
-    for_each_point(pool, range, [&](int p) {
-        PointImpulse &impulse = pool.impulse[p], &total = pool.total[p];
-        WarmImpulse& warm = pool.warm[p];
-        warm.position = pool.normals[p].held_impulse;
-        warm.velocity = impulse.normal - warm.position;
-        total.normal += impulse.normal;
-        for (int j = 0; j < 2; ++j) {
-            warm.friction[j] = impulse.friction[j];
-            total.friction[j] += impulse.friction[j];
+void close_contact_substep(ContactPool& pool, BlockRange range, FirstFriction first) {
+    for (int k = range.begin; k < range.end; ++k) {
+        const ContactBlock& block = pool.blocks[k];
+        for (int i = 0; i < block.count; ++i) {
+            const int p = block.first + i;
+            PointImpulse &impulse = pool.impulse[p], &total = pool.total[p];
+            WarmImpulse& warm = pool.warm[p];
+            warm.position = pool.normals[p].held_impulse;
+            warm.velocity = impulse.normal - warm.position;
+            total.normal += impulse.normal;
+            for (int j = 0; block.friction >= 0 && j < 2; ++j) {
+                warm.friction[j] = impulse.friction[j];
+                warm.friction_first[j] =
+                    first == FirstFriction::kHalf ? 0.5 * impulse.friction[j] : pool.frictions[block.friction + 2 * i + j].held_impulse;
+                total.friction[j] += impulse.friction[j];
+            }
+            impulse = {};
         }
-        impulse = {};
-    });
+    }
 }
 
 Real sweep_contact_gaps(ContactPool& pool, BlockRange range, SolverBodies& bodies, Real h) {

@@ -41,6 +41,7 @@ struct NormalRow : PointRow {
 };
 
 struct FrictionRow : PointRow {
+    Real held_impulse = 0;   // [N s], α at the end of the first solve
     Vec3 t = Vec3::UnitX();  // unit tangent
 };
 
@@ -60,9 +61,10 @@ struct PointImpulse {
 
 // What a point starts the next substep with [N s]: each of the two solves from where it ended itself.
 struct WarmImpulse {
-    Real position = 0;  // normal, at the end of the first solve
-    Real velocity = 0;  // normal, what the second solve added to it (may be negative)
-    Real friction[2] = {0, 0};
+    Real position = 0;                // normal, at the end of the first solve
+    Real velocity = 0;                // normal, what the second solve added to it (may be negative)
+    Real friction[2] = {0, 0};        // at the end of both
+    Real friction_first[2] = {0, 0};  // at the end of the first, or what it is taken to bear
 };
 
 // Which body the normal turns with.
@@ -124,8 +126,8 @@ void advance_blocks(ContactPool& pool, BlockRange range, const SolverBodies& bod
 // Multiplies the warm impulses, when the length of the step has changed.
 void scale_warm_start(ContactPool& pool, BlockRange range, Real scale);
 
-// Starts the first solve of a substep from its warm impulses (with half of the friction), the second one (the other half), or the
-// textbook's one solve (all at once).
+// Starts the first solve of a substep from its warm impulses, the second one from what it added to them, or the textbook's one solve (all
+// at once).
 void warm_start_first(ContactPool& pool, BlockRange range, SolverBodies& bodies);
 void warm_start_second(ContactPool& pool, BlockRange range, SolverBodies& bodies);
 void warm_start_all(ContactPool& pool, BlockRange range, SolverBodies& bodies);
@@ -147,8 +149,11 @@ void release_contacts(ContactPool& pool, BlockRange range);
 // One sweep over normal, then (unless another model sees to it) friction rows of the second solve: G v >= 0 (or a bounce) where it touches.
 Real sweep_contact_velocities(ContactPool& pool, BlockRange range, SolverBodies& bodies, bool with_friction = true);
 
+// What the first solve of the next substep bears of the friction of this one: half, where it does not solve for friction, or what it bore.
+enum class FirstFriction : std::uint8_t { kHalf, kHeld };
+
 // At the end of a substep: total += impulse, the warm impulses follow, impulse = 0.
-void close_contact_substep(ContactPool& pool, BlockRange range);
+void close_contact_substep(ContactPool& pool, BlockRange range, FirstFriction first);
 
 // Restitution: finds for each row of the range with e > 0 whether its gap closes within h (at τ, gap and relative velocity taken along the
 // parabola of the external accelerations) and sets lift and bounce to where that leads, so the error of a bounce does not depend on τ.

@@ -8,7 +8,7 @@ namespace {
 
 void close_substep(SiContext& c) {
     if (c.has_joints) close_joint_substep(c.joints, c.island.joints);
-    if (c.has_contacts) close_contact_substep(c.contacts, c.island.contacts);
+    if (c.has_contacts) close_contact_substep(c.contacts, c.island.contacts, FirstFriction::kHalf);
 }
 
 // Kick, then velocities that the drift may use without any error growing.

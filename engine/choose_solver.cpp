@@ -1,0 +1,127 @@
+#include "engine/choose_solver.hpp"
+
+#include "engine/world_data.hpp"
+
+#include <algorithm>
+
+namespace cairn {
+namespace {
+
+// Above so many bodies the direct solver is only tried on what hardly moves (what tumbles changes its active set in every step), and above
+// so many not at all: the factor's cost grows faster than a sweep's.
+constexpr int kSmallIsland = 64;
+constexpr int kLargestIsland = 300;
+// Costs in products of 6 × 6 blocks, per contact point: a step of sequential impulses, the direct solver's matrix, step and pass.
+constexpr double kAllowance = 7;
+constexpr double kMatrixCost = 3;
+constexpr double kStepCost = 0.4;
+constexpr double kPassCost = 0.2;
+// A block of the factor, read twice in a solve.
+constexpr double kBlockCost = 0.35;
+// Steps' worth of allowance that an island starts with, and may save.
+constexpr double kSavings = 40;
+constexpr int kLongestWait = 64;
+
+// A model of the textbook's, or a way of stabilising, is asked for: only sequential impulses have them.
+bool asks_for_sequential_impulses(const WorldSettings& settings) {
+    return settings.model.is_textbook() || settings.stabilisation != Stabilisation::kSplit;
+}
+
+// Slower than what its own acceleration makes of it in one step from rest.
+bool is_quiet(const WorldData& world, int index, Real dt) {
+    const IndexRange bodies = world.islands.bodies(index);
+    for (int k = bodies.begin; k < bodies.end; ++k) {
+        const Body& body = world.bodies[world.islands.body_list()[k]];
+        const Real a = external_acceleration(world, body).norm();
+        if (body.v.norm() + body.radius * body.w.norm() > a * dt) return false;
+    }
+    return true;
+}
+
+}  // namespace
+
+int points_of(const WorldData& world, const SiIsland& island) {
+    const ContactBlock &first = world.contact_pool.blocks[island.contacts.begin],
+                       &last = world.contact_pool.blocks[island.contacts.end - 1];
+    return last.first + last.count - first.first;
+}
+
+namespace {
+
+void collect_pairs(WorldData& world, const SiIsland& island) {
+    world.island_pairs.clear();
+    const auto local = [&](int body) { return body >= island.body_begin && body < island.dynamic_end ? body - island.body_begin : -1; };
+    for (int k = island.contacts.begin; k < island.contacts.end; ++k) {
+        const int a = local(world.contact_pool.blocks[k].a), b = local(world.contact_pool.blocks[k].b);
+        if (a >= 0 && b >= 0) world.island_pairs.emplace_back(a, b);
+    }
+}
+
+DirectState& direct_state(WorldData& world, int index, double allowance) {
+    const std::uint32_t key = world.islands.body_list()[world.islands.bodies(index).begin];
+    const auto [it, is_new] = world.direct_states.try_emplace(key);
+    DirectState& state = it->second;
+    if (is_new) state.credit = kSavings * allowance;
+    state.credit = std::min(state.credit + allowance, kSavings * allowance);
+    state.last_step = world.step_count;
+    return state;
+}
+
+}  // namespace
+
+bool takes(SolverChoice solver, const SiIsland& island) {
+    const bool contacts = island.contacts.begin < island.contacts.end, joints = !island.joints.empty();
+    switch (solver) {
+        case SolverChoice::kDirect:
+            return contacts && !joints;
+        case SolverChoice::kRattle:
+            return joints && !contacts;
+        case SolverChoice::kAuto:
+        case SolverChoice::kSi:
+            break;
+    }
+    return true;
+}
+
+SolverPlan choose_solver(WorldData& world, int index, const SiIsland& island, Real dt) {
+    SolverPlan plan{world.settings.solver, world.settings.substeps, nullptr};
+    if (plan.solver == SolverChoice::kAuto) {
+        plan.solver = !asks_for_sequential_impulses(world.settings) && takes(SolverChoice::kRattle, island) ? SolverChoice::kRattle
+                      : takes(SolverChoice::kDirect, island)                                                ? SolverChoice::kAuto
+                                                                                                            : SolverChoice::kSi;
+    }
+    if (plan.solver == SolverChoice::kSi || plan.solver == SolverChoice::kRattle || !takes(SolverChoice::kDirect, island)) return plan;
+    const bool forced = plan.solver == SolverChoice::kDirect, quiet = is_quiet(world, index, dt);
+    const int bodies = island.dynamic_end - island.body_begin;
+    plan.solver = SolverChoice::kSi;
+    if (!forced && (asks_for_sequential_impulses(world.settings) || island.has_bounce || bodies > (quiet ? kLargestIsland : kSmallIsland) ||
+                    (bodies == 1 && !quiet)))
+        return plan;
+    DirectState& state = direct_state(world, index, kAllowance * points_of(world, island));
+    if (!forced && (state.wait > 0 || state.credit <= 0)) {
+        state.wait = std::max(0, state.wait - 1);
+        return plan;
+    }
+    collect_pairs(world, island);
+    state.cache.set_pattern(island.dynamic_end - island.body_begin, world.island_pairs);
+    plan.solver = SolverChoice::kDirect;
+    plan.direct = &state;
+    if (quiet) plan.substeps = 1;
+    return plan;
+}
+
+void note_direct(DirectState& state, int points, const DirectReport& report) {
+    const BlockCholesky& factor = state.cache.factor;
+    const double n = points;
+    state.credit -= static_cast<double>(report.factorisations) * (static_cast<double>(factor.products()) + kMatrixCost * n) +
+                    static_cast<double>(report.newton_steps) * (kBlockCost * static_cast<double>(factor.blocks()) + kStepCost * n) +
+                    static_cast<double>(report.passes) * kPassCost * n;
+    if (report.converged) {
+        state.penalty = std::max(1, state.penalty / 2);
+    } else {
+        state.wait = state.penalty;
+        state.penalty = std::min(2 * state.penalty, kLongestWait);
+    }
+}
+
+}  // namespace cairn

@@ -1,0 +1,43 @@
+// Which solver an island gets, and how many substeps.
+#pragma once
+
+#include "engine/settings.hpp"
+#include "solver/direct.hpp"
+
+#include <cstdint>
+#include <unordered_map>
+
+namespace cairn {
+
+struct WorldData;
+struct StepReport;
+
+// What the direct solver keeps for an island from step to step, by the island's lowest body: its factor, and how it fared. A function of
+// the world's history alone.
+struct DirectState {
+    DirectCache cache;
+    int wait = 0;       // steps until it is tried again
+    int penalty = 1;    // steps to wait after the next failure
+    double credit = 0;  // block products that it may spend, see choose_solver.cpp
+    std::uint64_t last_step = 0;
+};
+
+struct SolverPlan {
+    SolverChoice solver = SolverChoice::kSi;
+    int substeps = 1;
+    DirectState* direct = nullptr;
+};
+
+// The solver for island `index`, whose rows are in `island`. A forced solver is returned even if it cannot take the island.
+SolverPlan choose_solver(WorldData& world, int index, const SiIsland& island, Real dt);
+
+// Whether a solver can solve an island at all.
+bool takes(SolverChoice solver, const SiIsland& island);
+
+// Contact points of an island that has contacts.
+int points_of(const WorldData& world, const SiIsland& island);
+
+// Tells the choice how the direct solver fared on an island with so many contact points.
+void note_direct(DirectState& state, int points, const DirectReport& report);
+
+}  // namespace cairn

@@ -1,0 +1,87 @@
+#include "solver/direct.hpp"
+
+#include "solver/direct_solve.hpp"
+
+#include <algorithm>
+
+namespace cairn {
+namespace {
+
+struct Context {
+    SolverBodies& bodies;
+    ContactPool& contacts;
+    const SiIsland& island;
+    const DirectSettings& settings;
+    DirectCache& cache;
+    DirectScratch& scratch;
+    Real h;
+    DirectReport report;
+};
+
+// A solve that ended above the tolerance goes on from where it is with sequential impulses.
+template <typename Sweep>
+void solve_or_sweep(Context& c, DirectGoal goal, Sweep sweep) {
+    DirectReport solve;
+    const bool converged =
+        direct_solve(c.bodies, c.contacts, c.island, goal, c.h, c.settings, c.cache, c.scratch, solve, c.report.newton_steps > 0);
+    c.report.factorisations += solve.factorisations;
+    c.report.newton_steps += solve.newton_steps;
+    c.report.passes += solve.passes;
+    c.report.residual = std::max(c.report.residual, solve.residual);
+    if (converged) return;
+    c.report.converged = false;
+    for (int k = 0; k < c.settings.rescue_sweeps; ++k) sweep();
+    c.report.si.contact_sweeps += static_cast<std::uint64_t>(c.settings.rescue_sweeps);
+}
+
+void drift_pushed(Context& c) {
+    const int begin = c.island.body_begin, end = c.island.dynamic_end;
+    for (int i = begin; i < end; ++i) c.bodies.push[i] = c.bodies.velocity[i];
+    hold_contacts(c.contacts, c.island.contacts, c.bodies);
+    solve_or_sweep(c, DirectGoal::kPush, [&] { push_contacts(c.contacts, c.island.contacts, c.bodies, c.h, c.settings.contact_push); });
+    for (int i = begin; i < end; ++i) {
+        BodyVelocity &push = c.bodies.push[i], &u = c.bodies.velocity[i];
+        push = {u.v - push.v, u.w - push.w};
+    }
+    c.report.si.rotor_calls += drift(c.bodies, begin, end, c.h);
+    drift_kinematic(c.bodies, end, c.island.body_end, c.h);
+    advance_blocks(c.contacts, c.island.contacts, c.bodies, c.h, c.settings.rebuild_angle);
+    release_contacts(c.contacts, c.island.contacts);
+    for (int i = begin; i < end; ++i) {
+        c.bodies.velocity[i].v -= c.bodies.push[i].v;
+        c.bodies.velocity[i].w -= c.bodies.push[i].w;
+    }
+}
+
+void substep(Context& c) {
+    const BlockRange range = c.island.contacts;
+    kick(c.bodies, c.island.body_begin, c.island.dynamic_end, 0.5 * c.h);
+    warm_start_first(c.contacts, range, c.bodies);
+    solve_or_sweep(c, DirectGoal::kGaps, [&] { sweep_contact_gaps(c.contacts, range, c.bodies, c.h); });
+    drift_pushed(c);
+    kick(c.bodies, c.island.body_begin, c.island.dynamic_end, 0.5 * c.h);
+    warm_start_second(c.contacts, range, c.bodies);
+    solve_or_sweep(c, DirectGoal::kVelocities, [&] { sweep_contact_velocities(c.contacts, range, c.bodies); });
+    close_contact_substep(c.contacts, range, FirstFriction::kHeld);
+}
+
+}  // namespace
+
+void DirectCache::set_pattern(int bodies, const std::vector<std::pair<int, int>>& new_pairs) {
+    if (bodies == bodies_ && new_pairs == pairs) return;
+    bodies_ = bodies;
+    pairs = new_pairs;
+    factor.analyse(bodies, pairs);
+    has_factor = false;
+}
+
+DirectReport solve_island_direct(SolverBodies& bodies, ContactPool& contacts, const SiIsland& island, Real dt,
+                                 const DirectSettings& settings, DirectCache& cache) {
+    static thread_local DirectScratch scratch;
+    Context c{bodies, contacts, island, settings, cache, scratch, dt / settings.substeps, {}};
+    bodies.push.resize(bodies.velocity.size());
+    for (int k = 0; k < settings.substeps; ++k) substep(c);
+    return c.report;
+}
+
+}  // namespace cairn

@@ -1,0 +1,40 @@
+// One solve of the direct solver. Internal to this room.
+#pragma once
+
+#include "solver/direct.hpp"
+
+namespace cairn {
+
+// What a solve asks of a row.
+struct DirectRow {
+    Real target = 0;  // b [m/s]
+    Real low = 0;     // bounds of λ [N s]
+    Real high = 0;
+    Real start = 0;       // λ₀, in v₀ already
+    Real multiplier = 0;  // λ̂
+    Real weight = 0;      // D [kg]
+    Real slip = 0;        // w = G v − b [m/s], of the last pass
+    Real impulse = 0;     // proj(λ̂ − D w), of the last pass
+    Real along = 0;       // G d of the line search
+    bool active = false;  // inside its bounds
+};
+
+// Working memory of a solve; kept for its size.
+struct DirectScratch {
+    std::vector<DirectRow> rows;   // 3 per point: normal, friction 1, friction 2
+    std::vector<BodyVelocity> v0;  // per dynamic body of the island
+    std::vector<Mat3> inertia_W;   // [kg m²]
+    std::vector<Vec6> gradient;    // M (v − v₀) − Gᵀ (λ − λ₀)
+    std::vector<Vec6> step;
+    std::vector<char> active;
+};
+
+enum class DirectGoal { kGaps, kPush, kVelocities };
+
+// Solves for what `goal` asks (see si.hpp for the two solves and the push) from the impulses in the pool and the velocities in `bodies`,
+// which must agree; leaves both in agreement. `disturbed`: an earlier solve of the step has changed
+// impulses, so this one has to follow however small the residual. False if the residual is not below the tolerance.
+bool direct_solve(SolverBodies& bodies, ContactPool& contacts, const SiIsland& island, DirectGoal goal, Real h,
+                  const DirectSettings& settings, DirectCache& cache, DirectScratch& scratch, DirectReport& report, bool disturbed);
+
+}  // namespace cairn
