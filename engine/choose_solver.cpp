@@ -98,7 +98,7 @@ SolverPlan choose_solver(WorldData& world, int index, const SiIsland& island, Re
                     (bodies == 1 && !quiet)))
         return plan;
     DirectState& state = direct_state(world, index, kAllowance * points_of(world, island));
-    if (!forced && (state.wait > 0 || state.credit <= 0)) {
+    if (!forced && (state.wait > 0 || (state.credit <= 0 && !quiet))) {
         state.wait = std::max(0, state.wait - 1);
         return plan;
     }

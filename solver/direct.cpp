@@ -22,8 +22,8 @@ struct Context {
 template <typename Sweep>
 void solve_or_sweep(Context& c, DirectGoal goal, Sweep sweep) {
     DirectReport solve;
-    const bool converged =
-        direct_solve(c.bodies, c.contacts, c.island, goal, c.h, c.settings, c.cache, c.scratch, solve, c.report.newton_steps > 0);
+    const bool converged = direct_solve(c.bodies, c.contacts, c.island, goal, c.h, c.settings, c.cache, c.scratch, solve,
+                                        goal == DirectGoal::kVelocities && c.report.newton_steps > 0);
     c.report.factorisations += solve.factorisations;
     c.report.newton_steps += solve.newton_steps;
     c.report.passes += solve.passes;

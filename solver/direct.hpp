@@ -24,7 +24,7 @@ struct DirectSettings {
     Real tolerance = 1e-11;        // [m/s], natural residual at which a solve ends
     int most_updates = 8;          // of the multipliers, per solve
     int most_newton_steps = 16;    // per update
-    Real start_tolerance = 1e-8;   // [m/s], with which it need not begin, and may end where rounding lets it fall no further
+    Real start_tolerance = 1e-7;   // [m/s], with which it need not begin, and may end where rounding lets it fall no further
     Real good_contraction = 0.03;  // of the residual in an update: below start_tolerance, a slower one is not gone on with
     Real weight = 1e6;             // D in units of a row's effective mass
     Real contact_push = 0.1;       // share of a penetration that a substep takes back

@@ -267,8 +267,7 @@ private:
                 bodies_.velocity[island_.body_begin + i].w -= length * s_.step[i].tail<3>();
             }
             pass();
-            settled_ = length == 1 && active_set_is(s_.active);
-            if (settled_) return true;
+            if (length == 1 && active_set_is(s_.active)) return true;
         }
         return false;
     }
@@ -430,7 +429,6 @@ private:
     Real exact_;  // [m/s]
     bool disturbed_;
     bool has_bodies_ = false;  // v0 and inertia are set; before, the velocities are v0
-    bool settled_ = false;     // the last Newton step was whole and left the active set as it was
     bool fresh_ = false;       // the factor is of this solve
 };
 

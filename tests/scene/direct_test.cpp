@@ -54,7 +54,7 @@ TEST_CASE("two leaning boards hold each other by friction alone") {
         BodyDef board = body(Shape::box({0.05, 0.5, half}), Vec3::Zero(), 1, 0.8);
         board.rotation = turn(Vec3::UnitY(), -side * lean);
         const Mat3 R = board.rotation.toRotationMatrix();
-        const Vec3 foot = R * Vec3(0.05 * side, 0, -half), top = R * Vec3(-0.05 * side, 0, half);
+        const Vec3 foot = R * Vec3(-0.05 * side, 0, -half), top = R * Vec3(-0.05 * side, 0, half);
         board.position = Vec3(-top.x(), 0, -foot.z());
         world.add_body(board);
     }
