@@ -24,7 +24,7 @@ constexpr int kLongestWait = 64;
 
 // A model of the textbook's, or a way of stabilising, is asked for: only sequential impulses have them.
 bool asks_for_sequential_impulses(const WorldSettings& settings) {
-    return settings.model.is_textbook() || settings.stabilisation != Stabilisation::kSplit;
+    return !(settings.model == SiModel{}) || settings.stabilisation != Stabilisation::kSplit;
 }
 
 // Slower than what its own acceleration makes of it in one step from rest.

@@ -40,6 +40,7 @@ struct SiModel {
     SweepMethod method = SweepMethod::kPgs;
     double relaxation = 1;  // ω in (0, 2): Δ is taken ω times; over-relaxation above 1
 
+    bool operator==(const SiModel&) const = default;
     // True if only the textbook's substep knows this model.
     bool is_textbook() const { return clamp != Clamp::kAccumulated || !complementarity || method != SweepMethod::kPgs || relaxation != 1; }
 };
