@@ -159,6 +159,7 @@ void solve_directly(WorldData& world, const SiIsland& island, Real dt, const Sol
     note_direct(*plan.direct, points_of(world, island), solved);
     report.factorisations += solved.factorisations;
     counts.add(solved.si);
+    counts.contact_sweeps += solved.passes;
     counts.residual = std::max(counts.residual, solved.residual);
 }
 

@@ -1,8 +1,10 @@
 #include "solver/direct.hpp"
 
+#include "solver/contact_kernel.hpp"
 #include "solver/direct_solve.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace cairn {
 namespace {
@@ -53,6 +55,26 @@ void drift_pushed(Context& c) {
     }
 }
 
+// What a solve that ended on its tolerance leaves of friction over μ λ_N goes back to the velocities: the bound holds to the last digit.
+void return_excess_friction(Context& c) {
+    for (int k = c.island.contacts.begin; k < c.island.contacts.end; ++k) {
+        const ContactBlock& block = c.contacts.blocks[k];
+        for (int i = 0; block.friction >= 0 && i < block.count; ++i) {
+            PointImpulse& impulse = c.contacts.impulse[block.first + i];
+            const Real bound = block.mu * impulse.normal;
+            for (int j = 0; j < 2; ++j) {
+                if (std::abs(impulse.friction[j]) <= bound) continue;
+                const FrictionRow& row = c.contacts.frictions[block.friction + 2 * i + j];
+                const Real within = std::copysign(bound, impulse.friction[j]);
+                BlockVelocity u(block, c.bodies);
+                u.apply(block, row.t, row, within - impulse.friction[j]);
+                u.store(block, c.bodies);
+                impulse.friction[j] = within;
+            }
+        }
+    }
+}
+
 void substep(Context& c) {
     const BlockRange range = c.island.contacts;
     kick(c.bodies, c.island.body_begin, c.island.dynamic_end, 0.5 * c.h);
@@ -62,6 +84,7 @@ void substep(Context& c) {
     kick(c.bodies, c.island.body_begin, c.island.dynamic_end, 0.5 * c.h);
     warm_start_second(c.contacts, range, c.bodies);
     solve_or_sweep(c, DirectGoal::kVelocities, [&] { sweep_contact_velocities(c.contacts, range, c.bodies); });
+    return_excess_friction(c);
     close_contact_substep(c.contacts, range, FirstFriction::kHeld);
 }
 

@@ -369,11 +369,14 @@ private:
         });
     }
 
-    // μ λ_N; friction that is over it by next to nothing may stay. Loads of points that share them without need (the corners of a face)
-    // are shared anew by every rounding, and no bound would be the last.
+    // μ λ_N, but loads of points that share them without need (the corners of a face) are shared anew by every rounding, and no bound would
+    // be the last: before the drift, friction that is over it by next to nothing may stay; after it, what is over it gets a little less and
+    // so some room for the next update.
     Real friction_bound(const ContactBlock& block, Real normal, Real friction, Real mass) const {
-        const Real bound = block.mu * normal, wanted = std::abs(friction);
-        return wanted > bound && wanted <= bound + 0.5 * exact_ * mass ? wanted : bound;
+        const Real bound = block.mu * normal, wanted = std::abs(friction), room = 0.5 * exact_ * mass;
+        if (wanted <= bound) return bound;
+        if (goal_ == DirectGoal::kVelocities) return bound - std::min(0.1 * room, 0.5 * bound);
+        return wanted <= bound + room ? wanted : bound;
     }
 
     // λ̂ = λ = proj(λ̂ − D w), the velocities that agree with it, friction bounds by the new λ_N.
