@@ -1,4 +1,4 @@
-#include "solver/rattle.hpp"
+#include "solver/rattle_rate.hpp"
 
 #include <algorithm>
 #include <limits>
@@ -7,6 +7,8 @@ namespace cairn {
 namespace {
 
 constexpr Real kOuter = 0.41449077179437573714;  // 1 / (4 − 4^{1/3})
+// Rows and factor serve on while bodies have moved by less than this, relative to the largest arm.
+constexpr Real kKeep = 1e-11;
 constexpr Real kStage[5] = {kOuter, kOuter, 1 - 4 * kOuter, kOuter, kOuter};
 
 class Integrator {
@@ -19,8 +21,9 @@ public:
     bool begin();
     // Everything up to the first stage: gaps, factor, velocities, warm impulses.
     void prepare(Real dt);
-    bool run(Real dt, int substeps, int stages, Real rate);
-    Real rate();
+    bool run(Real dt, const RattleCut& cut, Real rate);
+    JointMotion motion_now();
+    Real size() const { return size_; }
     void store();
     void save();
     void restore();
@@ -41,7 +44,7 @@ private:
     bool dropped_rows_hold(Real h) const;
     bool shake(Real h);
     Real broyden_step(int k);
-    void finish_drift();
+    void finish_drift(Real h);
     void project(Real h);
     bool stage(Real h);
 
@@ -57,6 +60,7 @@ private:
     Real size_ = 0;        // [m], largest arm
     Real rounding_ = 0;    // [m], of a position
     Real min_mass_ = 0;    // [kg]
+    Real moved_ = 0;       // [m], by the bodies in the last drift, summed, at most
     Real tolerance_ = 0;   // [m], of SHAKE
     Real previous_h_ = 0;  // [s], of the stage that left ws_.previous
 };
@@ -177,30 +181,9 @@ void Integrator::move_poses(Real share) {
     }
 }
 
-Real Integrator::rate() {
-    std::fill(ws_.stiffness.begin(), ws_.stiffness.end(), 0.0);
-    for_each_listed_joint(joints_, island_.joints, [&](auto kind, const auto& j, int index) {
-        constexpr JointKind K = decltype(kind)::value;
-        const JointRow& row = ws_.rows.list()[index];
-        const Vec3 anchors[2] = {j.geometry.anchor_a_A, j.geometry.anchor_b_B};
-        for (int side = 0; side < 2; ++side) {
-            if (!row.moves[side]) continue;
-            Vec3 force = Vec3::Zero();
-            for (int r = 0; r < row.n; ++r)
-                force += (ws_.previous[row.first + r] + previous_h_ / 3 * ws_.slope[row.first + r]) *
-                         Eigen::Map<const Vec3>(row.G[side] + 6 * r);
-            const BodyMotion& m = motion(row.body[side]);
-            const Vec3 arm = m.R * anchors[side];
-            const Real f = force.norm(), r2 = arm.squaredNorm();
-            Real& k = ws_.stiffness[row.body[side] - first()];
-            if (r2 > 0) k += f * (m.inv_inertia_W.trace() * r2 - arm.dot(m.inv_inertia_W * arm)) / (2 * std::sqrt(r2));
-            if constexpr (K == JointKind::kDistance) k += f * m.inv_mass / j.geometry.length;
-        }
-    });
-    Real rate2 = 0;
-    for (int i = first(); i < island_.dynamic_end; ++i)
-        rate2 = std::max(rate2, 0.25 * ws_.stiffness[i - first()] + bodies_.velocity[i].w.squaredNorm());
-    return std::sqrt(rate2);
+JointMotion Integrator::motion_now() {
+    for (int r = 0; r < rows_; ++r) ws_.scratch[r] = ws_.previous[r] + previous_h_ / 3 * ws_.slope[r];
+    return joint_motion(bodies_, joints_, island_, ws_.rows, ws_.scratch.data(), size_, ws_.stiffness);
 }
 
 void Integrator::remember_start() {
@@ -312,10 +295,12 @@ bool Integrator::shake(Real h) {
     return last <= 1e3 * tolerance_;
 }
 
-void Integrator::finish_drift() {
+void Integrator::finish_drift(Real h) {
+    moved_ = 0;
     for (int i = first(); i < island_.dynamic_end; ++i) {
         BodyMotion& m = motion(i);
         bodies_.velocity[i].w = ws_.start[i - first()].w_end;
+        moved_ += std::abs(h) * (bodies_.velocity[i].v.cwiseAbs().sum() + size_ * bodies_.velocity[i].w.cwiseAbs().sum());
         if (m.rotor.kind != InertiaKind::kSpherical) m.inv_inertia_W = m.R * m.inv_inertia_B * m.R.transpose();
     }
 }
@@ -346,21 +331,21 @@ bool Integrator::stage(Real h) {
         // Stages of opposite sign nearly cancel in h + previous_h: their slope would be noise.
         if (same_way) ws_.slope[r] = 3 * (2 / h * ws_.lambda[r] - ws_.previous[r]) / (h + previous_h_);
     }
-    finish_drift();
+    finish_drift(h);
     kick(0.5 * h);
-    factor();
+    if (moved_ > kKeep * size_) factor();
     project(h);
     return true;
 }
 
-bool Integrator::run(Real dt, int substeps, int stages, Real rate) {
-    const Real h = dt / substeps;
+bool Integrator::run(Real dt, const RattleCut& cut, Real rate) {
+    const Real h = dt / cut.substeps;
     // What SHAKE leaves falls with the step's own error, h⁵.
     const Real turn = std::min(rate * h / 0.15, 1.0);
     tolerance_ = std::max(settings_.tolerance * turn * turn * turn * turn * turn, 1e-14) * size_ + rounding_;
-    for (int k = 0; k < substeps; ++k)
-        for (int s = 0; s < stages; ++s)
-            if (!stage(stages == 1 ? h : kStage[s] * h)) return false;
+    for (int k = 0; k < cut.substeps; ++k)
+        for (int s = 0; s < cut.stages; ++s)
+            if (!stage(cut.stages == 1 ? h : kStage[s] * h)) return false;
     return true;
 }
 
@@ -405,36 +390,40 @@ RattleReport solve_island_rattle(RattleWorkspace& workspace, SolverBodies& bodie
         report.failure = RattleFailure::kTooCostly;
         return report;
     }
-    // What a rate asks for.
-    const auto substeps_for = [&](Real rate) {
-        const Real n = std::ceil(rate * dt / settings.turn_per_substep);
-        return n < settings.max_substeps ? static_cast<int>(n) : settings.max_substeps;  // also for what is not a number
-    };
-    const auto stages_for = [&](Real rate) { return settings.order < 4 || rate * dt < settings.small_turn ? 1 : 5; };
-    int substeps = std::max(settings.substeps, 1), stages = 1;
+    RattleCut cut;
     constexpr int kAttempts = 4;
-    for (int attempt = 1; attempt <= kAttempts && substeps <= std::max(settings.max_substeps, settings.substeps); ++attempt) {
+    for (int attempt = 1; attempt <= kAttempts && cut.substeps <= std::max(settings.max_substeps, settings.substeps); ++attempt) {
         integrator.prepare(dt);
-        report.rate = integrator.rate();
-        if (settings.substeps == 0) substeps = std::max(substeps, substeps_for(report.rate));
-        report.substeps = substeps;
-        report.stages = stages = std::max(stages, stages_for(report.rate));
+        const JointMotion start = integrator.motion_now();
+        if (const RattleCut wanted = choose_cut(start, dt, integrator.size(), settings); wanted.total() > cut.total()) cut = wanted;
+        const JointEnergy before = joint_energy(bodies, island);
+        report.rate = start.rate;
+        report.substeps = cut.substeps;
+        report.stages = cut.stages;
         report.failure = RattleFailure::kNone;
-        if (!integrator.run(dt, substeps, stages, report.rate)) {
+        if (!integrator.run(dt, cut, start.rate)) {
             report.failure = RattleFailure::kNoContraction;
-            substeps *= 2;
+            cut.substeps *= 2;
         } else if (!integrator.is_finite_state()) {
             report.failure = RattleFailure::kNotFinite;
-            substeps *= 2;
+            cut.substeps *= 2;
         } else {
-            const Real rate = integrator.rate();
-            const bool slower = stages >= stages_for(rate) && (settings.substeps > 0 || substeps_for(rate) <= 2 * substeps);
-            if (slower || attempt == kAttempts) {
+            const RattleCut wanted = choose_cut(integrator.motion_now(), dt, integrator.size(), settings);
+            // A whip that comes and goes within the step shows in its energy.
+            const JointEnergy after = joint_energy(bodies, island);
+            const Real lost = before.is_kept ? std::abs(after.total - before.total) : 0;
+            const Real admitted =
+                settings.energy_slack * std::max(before.kinetic, after.kinetic) + settings.tolerance * before.weight * integrator.size();
+            const bool exact = settings.substeps > 0 || lost <= admitted;
+            if ((exact && wanted.total() <= 2 * cut.total()) || attempt == kAttempts) {
                 integrator.store();
                 return report;
             }
-            stages = stages_for(rate);
-            if (settings.substeps == 0) substeps = std::max(substeps, substeps_for(rate));
+            if (exact) {
+                cut = wanted;
+            } else {
+                cut.substeps *= 2;
+            }
         }
         integrator.restore();
     }

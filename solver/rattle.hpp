@@ -26,8 +26,11 @@
 // Substeps: the step is cut so that the fastest rate of the island turns by `turn_per_substep` at most in a substep,
 //     Ω² = max over bodies of  ¼ (Σ over its joints ‖f‖ ‖r‖ / I⊥  + ‖f‖ / (m L) of a rod)  +  ‖w‖²
 // where a force f at the arm r turns the body about its centre with the frequency sqrt(‖f‖ ‖r‖ / I⊥): for a chain of rods (mass m, length
-// l) under tension T the sum is 12 T / (m l), its fastest mode. Ω is taken from the state at the start; if it has more than doubled at the
-// end, or SHAKE does not contract, the step is done again with more substeps. All of it is a function of the state and the warm impulses.
+// l) under tension T the sum is 12 T / (m l), its fastest mode. Five stages pay while Ω dt < turn_per_substep: then what moves fast is
+// resolved. Where tension makes Ω larger, the fast modes need stability, not accuracy, and the motion is slow beside them: substeps of one
+// stage, Ω h <= turn_per_stage. One stage also where nothing moves. Ω is taken from the state at the start; if the state at the end asks
+// for more than twice the stages, the energy is missed, or SHAKE does not contract, the step is done again with more. All of it is a
+// function of the state and the warm impulses.
 #pragma once
 
 #include "solver/rattle_rows.hpp"
@@ -39,8 +42,9 @@ struct RattleSettings {
     int order = 4;     // 4: five stages a substep; 2: one
     int substeps = 0;  // 0: chosen; else as many
     int max_substeps = 64;
-    Real turn_per_substep = 1;  // [rad], largest Ω h
-    Real small_turn = 1e-4;     // [rad]: below it one stage is as good as five (it misses (Ω h)²/24 of the motion)
+    Real turn_per_substep = 1;  // [rad], largest Ω h of five stages
+    Real turn_per_stage = 0.7;  // [rad], the same of substeps of one stage; the step is stable to 1
+    Real energy_slack = 1e-3;   // a step that misses its energy by more of the kinetic one is done again with twice the substeps
     // What SHAKE may leave of a position error, relative to the largest arm: this at Ω h = 0.15 and more, and less with (Ω h)⁵ as the
     // error of the step falls.
     Real tolerance = 1e-9;

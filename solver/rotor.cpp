@@ -88,14 +88,13 @@ void rotate_general(Quat& q, Vec3& w, const RotorInertia& inertia, Real h, int s
 
 void rotate_symmetric(Quat& q, Vec3& w, const RotorInertia& inertia, Real h) {
     const int k = inertia.symmetry_axis;
-    const Real along = inertia.moments[k], across = inertia.moments[(k + 1) % 3];
-    const Vec3 axis_B = inertia.R_BP * Vec3::Unit(k);
+    const Vec3 axis_B = inertia.is_aligned ? Vec3(Vec3::Unit(k)) : Vec3(inertia.R_BP * Vec3::Unit(k));
     const Vec3 axis_W = q * axis_B;
-    const Real spin = axis_W.dot(w);
-    const Vec3 precession = w + (along / across - 1) * spin * axis_W;  // L_W / I⊥
-    q = exp_turn(h * precession) * q * exp_turn(h * (1 - along / across) * spin * axis_B);
-    q = renormalised(q);
-    w = precession + (1 - along / across) * spin * (q * axis_B);
+    const Real ratio = inertia.moments[k] * inertia.inv_moments[(k + 1) % 3], spin = axis_W.dot(w);
+    const Vec3 precession = w + (ratio - 1) * spin * axis_W;  // L_W / I⊥
+    const Quat turned = exp_turn(h * precession), own = exp_turn((h * (1 - ratio) * spin) * axis_B);
+    q = renormalised(turned * q * own);
+    w = precession + (1 - ratio) * spin * (turned * axis_W);  // the spin about the axis leaves the axis where it is
 }
 
 }  // namespace
