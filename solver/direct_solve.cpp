@@ -66,6 +66,19 @@ private:
         for (int k = island_.contacts.begin; k < island_.contacts.end; ++k) f(pool_.blocks[k]);
     }
 
+    // Each row of a block with its direction and Jacobian: normal, friction 1, friction 2 of each point.
+    template <typename Function>
+    void for_each_row(const ContactBlock& block, Function f) {
+        DirectRow* row = rows_of(block);
+        for (int i = 0; i < block.count; ++i, row += 3) {
+            f(row[0], block.n, pool_.normals[block.first + i]);
+            if (block.friction < 0) continue;
+            const FrictionRow* friction = &pool_.frictions[block.friction + 2 * i];
+            f(row[1], friction[0].t, friction[0]);
+            f(row[2], friction[1].t, friction[1]);
+        }
+    }
+
     // Small penetrations are taken back at once, by velocities up to exact_ that the second solve takes away again: the corners of a face
     // on another then ask for one and the same motion. If only gaps counted, and penetrations not, rounding would set one corner against
     // another.
@@ -156,7 +169,6 @@ private:
         for_each_block([&](const ContactBlock& block) {
             const BlockVelocity u(block, bodies_);
             Vec3 force = Vec3::Zero(), torque_a = Vec3::Zero(), torque_b = Vec3::Zero();
-            DirectRow* row = rows_of(block);
             const auto visit = [&](DirectRow& r, const Vec3& direction, const PointRow& g) {
                 r.slip = u.along(direction, g) - r.target;
                 const Real wanted = r.multiplier - r.weight * r.slip;
@@ -175,13 +187,7 @@ private:
                 torque_a += change * g.ang_a;
                 torque_b += change * g.ang_b;
             };
-            for (int i = 0; i < block.count; ++i, row += 3) {
-                visit(row[0], block.n, pool_.normals[block.first + i]);
-                if (block.friction < 0) continue;
-                const FrictionRow* friction = &pool_.frictions[block.friction + 2 * i];
-                visit(row[1], friction[0].t, friction[0]);
-                visit(row[2], friction[1].t, friction[1]);
-            }
+            for_each_row(block, visit);
             if (const int a = local(block.a); a >= 0) {
                 s_.gradient[a].head<3>() -= force;
                 s_.gradient[a].tail<3>() -= torque_a;
@@ -224,7 +230,6 @@ private:
         for_each_block([&](const ContactBlock& block) {
             const int a = local(block.a), b = local(block.b);
             Mat6 H_aa = Mat6::Zero(), H_ab = Mat6::Zero(), H_bb = Mat6::Zero();
-            const DirectRow* row = rows_of(block);
             const auto add = [&](const DirectRow& r, const Vec3& direction, const PointRow& g) {
                 if (!r.active) return;
                 Vec6 j_a, j_b;
@@ -235,13 +240,7 @@ private:
                 H_ab.noalias() += weighted_a * j_b.transpose();
                 H_bb.noalias() += weighted_b * j_b.transpose();
             };
-            for (int i = 0; i < block.count; ++i, row += 3) {
-                add(row[0], block.n, pool_.normals[block.first + i]);
-                if (block.friction < 0) continue;
-                const FrictionRow* friction = &pool_.frictions[block.friction + 2 * i];
-                add(row[1], friction[0].t, friction[0]);
-                add(row[2], friction[1].t, friction[1]);
-            }
+            for_each_row(block, add);
             if (a >= 0) factor.add_diagonal(a, H_aa);
             if (b >= 0) factor.add_diagonal(b, H_bb);
             if (a >= 0 && b >= 0) factor.add_pair(pair++, H_ab);
@@ -284,7 +283,6 @@ private:
             slope0 -= mass * d.head<3>().dot(v.v - s_.v0[i].v) + I_d.dot(v.w - s_.v0[i].w);
         }
         for_each_block([&](const ContactBlock& block) {
-            DirectRow* row = rows_of(block);
             const int a = local(block.a), b = local(block.b);
             const Vec6 none = Vec6::Zero();
             const Vec6 &d_a = a >= 0 ? s_.step[a] : none, &d_b = b >= 0 ? s_.step[b] : none;
@@ -292,13 +290,7 @@ private:
             const auto visit = [&](DirectRow& r, const Vec3& direction, const PointRow& g) {
                 r.along = -(direction.dot(dv) + g.ang_a.dot(d_a.tail<3>()) - g.ang_b.dot(d_b.tail<3>()));
             };
-            for (int i = 0; i < block.count; ++i, row += 3) {
-                visit(row[0], block.n, pool_.normals[block.first + i]);
-                if (block.friction < 0) continue;
-                const FrictionRow* friction = &pool_.frictions[block.friction + 2 * i];
-                visit(row[1], friction[0].t, friction[0]);
-                visit(row[2], friction[1].t, friction[1]);
-            }
+            for_each_row(block, visit);
         });
         const auto slope = [&](Real alpha) {
             Real sum = slope0 + alpha * curvature;
@@ -333,17 +325,10 @@ private:
         for (int i = 0; i < count(); ++i) bodies_.velocity[island_.body_begin + i] = s_.v0[i];
         for_each_block([&](const ContactBlock& block) {
             BlockVelocity u(block, bodies_);
-            const DirectRow* row = rows_of(block);
             const auto apply = [&](const DirectRow& r, const Vec3& direction, const PointRow& g) {
                 if (r.multiplier != r.start) u.apply(block, direction, g, r.multiplier - r.start);
             };
-            for (int i = 0; i < block.count; ++i, row += 3) {
-                apply(row[0], block.n, pool_.normals[block.first + i]);
-                if (block.friction < 0) continue;
-                const FrictionRow* friction = &pool_.frictions[block.friction + 2 * i];
-                apply(row[1], friction[0].t, friction[0]);
-                apply(row[2], friction[1].t, friction[1]);
-            }
+            for_each_row(block, apply);
             u.store(block, bodies_);
         });
     }
