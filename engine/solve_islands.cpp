@@ -152,15 +152,18 @@ bool solve_by_rattle(WorldData& world, const SiIsland& island, Real dt, SiReport
     return solved.ok();
 }
 
-void solve_directly(WorldData& world, const SiIsland& island, Real dt, const SolverPlan& plan, SiReport& counts, StepReport& report) {
+// False: it did not converge and the island is as it was. One that is forced goes on with sweeps.
+bool solve_directly(WorldData& world, const SiIsland& island, Real dt, const SolverPlan& plan, SiReport& counts, StepReport& report) {
     DirectSettings settings;
     settings.substeps = plan.substeps;
+    if (world.settings.solver == SolverChoice::kDirect) settings.rescue_sweeps = 10;
     const DirectReport solved = solve_island_direct(world.solver_bodies, world.contact_pool, island, dt, settings, plan.direct->cache);
     note_direct(*plan.direct, points_of(world, island), solved);
     report.factorisations += solved.factorisations;
     counts.add(solved.si);
     counts.contact_sweeps += solved.passes;
-    counts.residual = std::max(counts.residual, solved.residual);
+    if (!solved.taken_back) counts.residual = std::max(counts.residual, solved.residual);
+    return !solved.taken_back;
 }
 
 void scale_warm_impulses(WorldData& world, const SiIsland& island, Real scale) {
@@ -176,7 +179,12 @@ bool solve_island(WorldData& world, int index, const SiIsland& island, Real dt, 
     // The cache holds the impulses of a substep of the default length.
     scale_warm_impulses(world, island, scale * world.settings.substeps / plan.substeps);
     SolverChoice solver = plan.solver;
-    if (solver == SolverChoice::kDirect) solve_directly(world, island, dt, plan, solved, report);
+    int substeps = plan.substeps;
+    if (solver == SolverChoice::kDirect && !solve_directly(world, island, dt, plan, solved, report)) {
+        scale_warm_impulses(world, island, static_cast<Real>(substeps) / world.settings.substeps);
+        solver = SolverChoice::kSi;
+        substeps = world.settings.substeps;
+    }
     if (solver == SolverChoice::kRattle && !solve_by_rattle(world, island, dt, solved)) {
         if (world.settings.solver == SolverChoice::kRattle) return false;
         solver = SolverChoice::kSi;
@@ -185,7 +193,7 @@ bool solve_island(WorldData& world, int index, const SiIsland& island, Real dt, 
         if (!island.joints.empty()) build_joints(world.joint_pool, island.joints, world.solver_bodies);
         solved.add(solve_island_si(world.solver_bodies, world.contact_pool, world.joint_pool, island, dt, si_settings(world.settings)));
     }
-    scale_warm_impulses(world, island, static_cast<Real>(plan.substeps) / world.settings.substeps);
+    scale_warm_impulses(world, island, static_cast<Real>(substeps) / world.settings.substeps);
     ++report.islands_of[static_cast<int>(solver)];
     return true;
 }

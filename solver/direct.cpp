@@ -9,6 +9,11 @@
 namespace cairn {
 namespace {
 
+struct IndexSpan {
+    int begin = 0;
+    int end = 0;
+};
+
 struct Context {
     SolverBodies& bodies;
     ContactPool& contacts;
@@ -20,9 +25,10 @@ struct Context {
     DirectReport report;
 };
 
-// A solve that ended above the tolerance goes on from where it is with sequential impulses.
+// A solve that ended above the tolerance goes on from where it is with sequential impulses, if so many are allowed. False: the step cannot
+// be gone on with.
 template <typename Sweep>
-void solve_or_sweep(Context& c, DirectGoal goal, Sweep sweep) {
+bool solve_or_sweep(Context& c, DirectGoal goal, Sweep sweep) {
     DirectReport solve;
     const bool converged = direct_solve(c.bodies, c.contacts, c.island, goal, c.h, c.settings, c.cache, c.scratch, solve,
                                         goal == DirectGoal::kVelocities && c.report.newton_steps > 0);
@@ -30,17 +36,44 @@ void solve_or_sweep(Context& c, DirectGoal goal, Sweep sweep) {
     c.report.newton_steps += solve.newton_steps;
     c.report.passes += solve.passes;
     c.report.residual = std::max(c.report.residual, solve.residual);
-    if (converged) return;
+    if (converged) return true;
     c.report.converged = false;
     for (int k = 0; k < c.settings.rescue_sweeps; ++k) sweep();
     c.report.si.contact_sweeps += static_cast<std::uint64_t>(c.settings.rescue_sweeps);
+    return c.settings.rescue_sweeps > 0;
 }
 
-void drift_pushed(Context& c) {
+IndexSpan points(const Context& c) {
+    const ContactBlock &first = c.contacts.blocks[c.island.contacts.begin], &last = c.contacts.blocks[c.island.contacts.end - 1];
+    return {first.first, last.first + last.count};
+}
+
+void save(Context& c) {
+    const int begin = c.island.body_begin, end = c.island.body_end;
+    const IndexSpan p = points(c);
+    c.scratch.saved_motion.assign(c.bodies.motion.begin() + begin, c.bodies.motion.begin() + end);
+    c.scratch.saved_velocity.assign(c.bodies.velocity.begin() + begin, c.bodies.velocity.begin() + end);
+    c.scratch.saved_warm.assign(c.contacts.warm.begin() + p.begin, c.contacts.warm.begin() + p.end);
+}
+
+void take_back(Context& c) {
+    const IndexSpan p = points(c);
+    std::copy(c.scratch.saved_motion.begin(), c.scratch.saved_motion.end(), c.bodies.motion.begin() + c.island.body_begin);
+    std::copy(c.scratch.saved_velocity.begin(), c.scratch.saved_velocity.end(), c.bodies.velocity.begin() + c.island.body_begin);
+    std::copy(c.scratch.saved_warm.begin(), c.scratch.saved_warm.end(), c.contacts.warm.begin() + p.begin);
+    std::fill(c.contacts.impulse.begin() + p.begin, c.contacts.impulse.begin() + p.end, PointImpulse{});
+    std::fill(c.contacts.total.begin() + p.begin, c.contacts.total.begin() + p.end, PointImpulse{});
+    for (int k = c.island.contacts.begin; k < c.island.contacts.end; ++k) build_block(c.contacts, c.contacts.blocks[k], c.bodies);
+    c.report.taken_back = true;
+}
+
+bool drift_pushed(Context& c) {
     const int begin = c.island.body_begin, end = c.island.dynamic_end;
     for (int i = begin; i < end; ++i) c.bodies.push[i] = c.bodies.velocity[i];
     hold_contacts(c.contacts, c.island.contacts, c.bodies);
-    solve_or_sweep(c, DirectGoal::kPush, [&] { push_contacts(c.contacts, c.island.contacts, c.bodies, c.h, c.settings.contact_push); });
+    if (!solve_or_sweep(c, DirectGoal::kPush,
+                        [&] { push_contacts(c.contacts, c.island.contacts, c.bodies, c.h, c.settings.contact_push); }))
+        return false;
     for (int i = begin; i < end; ++i) {
         BodyVelocity &push = c.bodies.push[i], &u = c.bodies.velocity[i];
         push = {u.v - push.v, u.w - push.w};
@@ -53,6 +86,7 @@ void drift_pushed(Context& c) {
         c.bodies.velocity[i].v -= c.bodies.push[i].v;
         c.bodies.velocity[i].w -= c.bodies.push[i].w;
     }
+    return true;
 }
 
 // What a solve that ended on its tolerance leaves of friction over μ λ_N goes back to the velocities: the bound holds to the last digit.
@@ -75,17 +109,18 @@ void return_excess_friction(Context& c) {
     }
 }
 
-void substep(Context& c) {
+bool substep(Context& c) {
     const BlockRange range = c.island.contacts;
     kick(c.bodies, c.island.body_begin, c.island.dynamic_end, 0.5 * c.h);
     warm_start_first(c.contacts, range, c.bodies);
-    solve_or_sweep(c, DirectGoal::kGaps, [&] { sweep_contact_gaps(c.contacts, range, c.bodies, c.h); });
-    drift_pushed(c);
+    if (!solve_or_sweep(c, DirectGoal::kGaps, [&] { sweep_contact_gaps(c.contacts, range, c.bodies, c.h); })) return false;
+    if (!drift_pushed(c)) return false;
     kick(c.bodies, c.island.body_begin, c.island.dynamic_end, 0.5 * c.h);
     warm_start_second(c.contacts, range, c.bodies);
-    solve_or_sweep(c, DirectGoal::kVelocities, [&] { sweep_contact_velocities(c.contacts, range, c.bodies); });
+    if (!solve_or_sweep(c, DirectGoal::kVelocities, [&] { sweep_contact_velocities(c.contacts, range, c.bodies); })) return false;
     return_excess_friction(c);
     close_contact_substep(c.contacts, range, FirstFriction::kHeld);
+    return true;
 }
 
 }  // namespace
@@ -103,7 +138,13 @@ DirectReport solve_island_direct(SolverBodies& bodies, ContactPool& contacts, co
     static thread_local DirectScratch scratch;
     Context c{bodies, contacts, island, settings, cache, scratch, dt / settings.substeps, {}};
     bodies.push.resize(bodies.velocity.size());
-    for (int k = 0; k < settings.substeps; ++k) substep(c);
+    if (settings.rescue_sweeps == 0) save(c);
+    for (int k = 0; k < settings.substeps; ++k) {
+        if (!substep(c)) {
+            take_back(c);
+            break;
+        }
+    }
     return c.report;
 }
 

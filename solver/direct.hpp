@@ -29,7 +29,7 @@ struct DirectSettings {
     Real weight = 1e6;             // D in units of a row's effective mass
     Real contact_push = 0.1;       // share of a penetration that a substep takes back
     Real rebuild_angle = 1e-3;     // [rad], as SiSettings
-    int rescue_sweeps = 10;        // of sequential impulses over a solve that did not converge
+    int rescue_sweeps = 0;         // of sequential impulses over a solve that did not converge; 0: the step is taken back instead
 };
 
 // What an island keeps from step to step, and the solver's memory.
@@ -49,7 +49,8 @@ private:
 };
 
 struct DirectReport {
-    bool converged = true;  // every solve
+    bool converged = true;    // every solve
+    bool taken_back = false;  // the island is as it was before the step
     std::uint64_t factorisations = 0;
     std::uint64_t newton_steps = 0;
     std::uint64_t passes = 0;  // over the rows
@@ -57,7 +58,7 @@ struct DirectReport {
     Real residual = 0;         // [m/s], largest natural residual that a solve ended with
 };
 
-// Steps an island without joints by dt, as solve_island_si does.
+// Steps an island without joints by dt, as solve_island_si does; or leaves it as it was, see `rescue_sweeps`.
 DirectReport solve_island_direct(SolverBodies& bodies, ContactPool& contacts, const SiIsland& island, Real dt,
                                  const DirectSettings& settings, DirectCache& cache);
 

@@ -27,6 +27,10 @@ struct DirectScratch {
     std::vector<Vec6> gradient;    // M (v − v₀) − Gᵀ (λ − λ₀)
     std::vector<Vec6> step;
     std::vector<char> active;
+    // The island before the step.
+    std::vector<BodyMotion> saved_motion;
+    std::vector<BodyVelocity> saved_velocity;
+    std::vector<WarmImpulse> saved_warm;
 };
 
 enum class DirectGoal { kGaps, kPush, kVelocities };
