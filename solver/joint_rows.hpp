@@ -120,3 +120,5 @@ Real sweep_joint_velocities(JointPool& pool, const JointRanges& ranges, SolverBo
 void close_joint_substep(JointPool& pool, const JointRanges& ranges);
 
 }  // namespace cairn
+
+#include "solver/joint_geometry.hpp"

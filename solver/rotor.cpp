@@ -6,7 +6,7 @@ namespace cairn {
 namespace {
 
 // cos x and sin x / x from x², for x² <= 1/16: Taylor series to x¹² and x¹², which miss less than 1e-17. Without divisions or branches.
-void short_trigonometry(Real x2, Real& cosine, Real& sine_over_x) {
+inline void short_trigonometry(Real x2, Real& cosine, Real& sine_over_x) {
     const Real x4 = x2 * x2, x8 = x4 * x4;
     cosine = (1 - x2 * (1.0 / 2)) + x4 * (1.0 / 24 - x2 * (1.0 / 720)) + x8 * (1.0 / 40320 - x2 * (1.0 / 3628800) + x4 * (1.0 / 479001600));
     sine_over_x =
@@ -14,7 +14,7 @@ void short_trigonometry(Real x2, Real& cosine, Real& sine_over_x) {
 }
 
 // exp_rotation without a root or a branch for angles up to half a radian.
-Quat exp_turn(const Vec3& phi) {
+inline Quat exp_turn(const Vec3& phi) {
     const Real angle2 = phi.squaredNorm();
     if (angle2 > 0.25) return exp_rotation(phi);
     Real c, s;
@@ -79,22 +79,52 @@ void rotate_general(Quat& q, Vec3& w, const RotorInertia& inertia, Real h, int s
         strang_step(r, inv_moments, h);
     } else {
         constexpr Real kOuter = 0.41449077179437573714;  // 1 / (4 − 4^{1/3})
-        for (int k = 0; k < 5; ++k) strang_step(r, inv_moments, (k == 2 ? 1 - 4 * kOuter : kOuter) * h);
+        const Real part = 5 * h / stages;
+        for (int k = 0; k < stages; ++k) strang_step(r, inv_moments, (k % 5 == 2 ? 1 - 4 * kOuter : kOuter) * part);
     }
     const Quat q_WP = renormalised(Quat(r.w, r.v[0], r.v[1], r.v[2]));
     w = q_WP * Vec3(r.L[0] * inv_moments[0], r.L[1] * inv_moments[1], r.L[2] * inv_moments[2]);
     q = inertia.is_aligned ? q_WP : Quat(q_WP * inertia.R_BP.conjugate());
 }
 
+// Column K of q's matrix.
+template <int K>
+inline Vec3 axis_of(const Quat& q) {
+    constexpr int I = (K + 1) % 3, J = (K + 2) % 3;
+    const Real v[3] = {q.x(), q.y(), q.z()}, w = q.w();
+    Vec3 a;
+    a[K] = 1 - 2 * (v[I] * v[I] + v[J] * v[J]);
+    a[I] = 2 * (v[K] * v[I] + w * v[J]);
+    a[J] = 2 * (v[K] * v[J] - w * v[I]);
+    return a;
+}
+
+// Symmetry axis K of the principal frame: L turns the body about itself, the rest of the spin about the axis.
+template <int K>
+inline void rotate_symmetric(Quat& q_WP, Vec3& w, const RotorInertia& inertia, Real h) {
+    const Vec3 axis = axis_of<K>(q_WP);
+    const Real ratio = inertia.moments[K] * inertia.inv_moments[(K + 1) % 3], own = (1 - ratio) * axis.dot(w);
+    const Vec3 precession = w - own * axis;  // L_W / I⊥
+    const Quat q = exp_turn(h * precession) * q_WP;
+    Rotor r{q.w(), {q.x(), q.y(), q.z()}, {0, 0, 0}};
+    turn_about_axis<K>(r, h * own);
+    q_WP = renormalised(Quat(r.w, r.v[0], r.v[1], r.v[2]));
+    w = precession + own * axis_of<K>(q_WP);
+}
+
 void rotate_symmetric(Quat& q, Vec3& w, const RotorInertia& inertia, Real h) {
-    const int k = inertia.symmetry_axis;
-    const Vec3 axis_B = inertia.is_aligned ? Vec3(Vec3::Unit(k)) : Vec3(inertia.R_BP * Vec3::Unit(k));
-    const Vec3 axis_W = q * axis_B;
-    const Real ratio = inertia.moments[k] * inertia.inv_moments[(k + 1) % 3], spin = axis_W.dot(w);
-    const Vec3 precession = w + (ratio - 1) * spin * axis_W;  // L_W / I⊥
-    const Quat turned = exp_turn(h * precession), own = exp_turn((h * (1 - ratio) * spin) * axis_B);
-    q = renormalised(turned * q * own);
-    w = precession + (1 - ratio) * spin * (turned * axis_W);  // the spin about the axis leaves the axis where it is
+    Quat q_WP = inertia.is_aligned ? q : Quat((q * inertia.R_BP).normalized());
+    switch (inertia.symmetry_axis) {
+        case 0:
+            rotate_symmetric<0>(q_WP, w, inertia, h);
+            break;
+        case 1:
+            rotate_symmetric<1>(q_WP, w, inertia, h);
+            break;
+        default:
+            rotate_symmetric<2>(q_WP, w, inertia, h);
+    }
+    q = inertia.is_aligned ? q_WP : Quat(q_WP * inertia.R_BP.conjugate());
 }
 
 }  // namespace
@@ -122,8 +152,7 @@ RotorInertia make_rotor_inertia(const Vec3& moments, const Quat& R_BP) {
 void rotate_free(Quat& q, Vec3& w, const RotorInertia& inertia, Real h, int stages) {
     switch (inertia.kind) {
         case InertiaKind::kSpherical:
-            q = exp_turn(h * w) * q;
-            q.normalize();
+            q = renormalised(exp_turn(h * w) * q);
             return;
         case InertiaKind::kSymmetric:
             rotate_symmetric(q, w, inertia, h);

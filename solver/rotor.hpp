@@ -30,12 +30,14 @@ struct RotorInertia {
 RotorInertia make_rotor_inertia(const Vec3& moments, const Quat& R_BP);
 
 // Advances body-to-world rotation q and angular velocity w [rad/s, world] by h [s] without torque.
-// `stages`: 1 for the 2nd-order splitting, 5 for the 4th-order one; matters for kGeneral only.
+// `stages`: 1 for the 2nd-order splitting, 5 for the 4th-order one, 10 for two of these in a row; matters for kGeneral only.
 void rotate_free(Quat& q, Vec3& w, const RotorInertia& inertia, Real h, int stages);
 
-// Stages that keep the error of one step of h near rounding of what the motion needs: one while the body turns by little, else five.
+// Stages that keep the error of one step of h near rounding of what the motion needs: one while the body turns by little, else five; ten
+// where five miss by some 1e-8 of the turn.
 inline int rotor_stages(const Vec3& w, Real h) {
-    return w.squaredNorm() * h * h < 1e-6 ? 1 : 5;
+    const Real turn2 = w.squaredNorm() * h * h;
+    return turn2 < 1e-6 ? 1 : turn2 < 1e-3 ? 5 : 10;
 }
 
 }  // namespace cairn

@@ -262,5 +262,6 @@ TEST_CASE("the choice of the body frame does not change the motion") {
 TEST_CASE("five stages are asked for where a step turns the body by more than a milliradian") {
     CHECK(rotor_stages(Vec3(0.5, 0, 0), 1e-3) == 1);
     CHECK(rotor_stages(Vec3(0, 2, 0), 1e-3) == 5);
+    CHECK(rotor_stages(Vec3(0, 0, 40), 1e-3) == 10);
     CHECK(rotor_stages(Vec3::Zero(), 1) == 1);
 }

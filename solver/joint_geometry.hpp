@@ -1,17 +1,20 @@
-// C and G of every joint type.
+// C and G of every joint type; the definitions of what solver/joint_rows.hpp declares, which includes this file. Inline: a pass over the
+// rows evaluates them for every joint.
+#pragma once
+
 #include "solver/joint_rows.hpp"
 
 namespace cairn {
-namespace {
+namespace joint_geometry {
 
-Vec3 separation(const JointGeometry& g, const JointPose& a, const JointPose& b) {
+inline Vec3 separation(const JointGeometry& g, const JointPose& a, const JointPose& b) {
     return a.x + a.R * g.anchor_a_A - b.x - b.R * g.anchor_b_B;
 }
 
 // The pairs (j, k) of e_j·f_k that make `ang`, row by row.
-constexpr int kAngularPair[3][2] = {{1, 2}, {2, 0}, {0, 1}};
+inline constexpr int kAngularPair[3][2] = {{1, 2}, {2, 0}, {0, 1}};
 
-Vec3 angular_error(const Mat3& E, const Mat3& F) {
+inline Vec3 angular_error(const Mat3& E, const Mat3& F) {
     Vec3 c;
     for (int i = 0; i < 3; ++i) c[i] = E.col(kAngularPair[i][0]).dot(F.col(kAngularPair[i][1]));
     return c;
@@ -39,31 +42,33 @@ void point_rows(const JointGeometry& g, const JointPose& a, const JointPose& b, 
     G_b.template topRightCorner<3, 3>() = skew(r_b);
 }
 
-}  // namespace
+}  // namespace joint_geometry
 
 template <>
-VecN<3> joint_error<JointKind::kBall>(const JointGeometry& g, const JointPose& a, const JointPose& b) {
-    return separation(g, a, b);
+inline VecN<3> joint_error<JointKind::kBall>(const JointGeometry& g, const JointPose& a, const JointPose& b) {
+    return joint_geometry::separation(g, a, b);
 }
 
 template <>
-void joint_jacobian<JointKind::kBall>(const JointGeometry& g, const JointPose& a, const JointPose& b, Jacobian<3>& G_a, Jacobian<3>& G_b) {
-    point_rows<3>(g, a, b, G_a, G_b);
+inline void joint_jacobian<JointKind::kBall>(const JointGeometry& g, const JointPose& a, const JointPose& b, Jacobian<3>& G_a,
+                                             Jacobian<3>& G_b) {
+    joint_geometry::point_rows<3>(g, a, b, G_a, G_b);
 }
 
 template <>
-VecN<5> joint_error<JointKind::kHinge>(const JointGeometry& g, const JointPose& a, const JointPose& b) {
+inline VecN<5> joint_error<JointKind::kHinge>(const JointGeometry& g, const JointPose& a, const JointPose& b) {
     VecN<5> c;
     const Vec3 axis_b = b.R * g.frame_B.col(0);
-    c.head<3>() = separation(g, a, b);
+    c.head<3>() = joint_geometry::separation(g, a, b);
     c[3] = (a.R * g.frame_A.col(1)).dot(axis_b);
     c[4] = (a.R * g.frame_A.col(2)).dot(axis_b);
     return c;
 }
 
 template <>
-void joint_jacobian<JointKind::kHinge>(const JointGeometry& g, const JointPose& a, const JointPose& b, Jacobian<5>& G_a, Jacobian<5>& G_b) {
-    point_rows<5>(g, a, b, G_a, G_b);
+inline void joint_jacobian<JointKind::kHinge>(const JointGeometry& g, const JointPose& a, const JointPose& b, Jacobian<5>& G_a,
+                                              Jacobian<5>& G_b) {
+    joint_geometry::point_rows<5>(g, a, b, G_a, G_b);
     const Vec3 axis_b = b.R * g.frame_B.col(0);
     for (int i = 0; i < 2; ++i) {
         const Vec3 axis = (a.R * g.frame_A.col(1 + i)).cross(axis_b);
@@ -73,19 +78,19 @@ void joint_jacobian<JointKind::kHinge>(const JointGeometry& g, const JointPose& 
 }
 
 template <>
-VecN<5> joint_error<JointKind::kSlider>(const JointGeometry& g, const JointPose& a, const JointPose& b) {
+inline VecN<5> joint_error<JointKind::kSlider>(const JointGeometry& g, const JointPose& a, const JointPose& b) {
     const Mat3 E = a.R * g.frame_A, F = b.R * g.frame_B;
-    const Vec3 d = separation(g, a, b);
+    const Vec3 d = joint_geometry::separation(g, a, b);
     VecN<5> c;
     c[0] = E.col(1).dot(d);
     c[1] = E.col(2).dot(d);
-    c.tail<3>() = angular_error(E, F);
+    c.tail<3>() = joint_geometry::angular_error(E, F);
     return c;
 }
 
 template <>
-void joint_jacobian<JointKind::kSlider>(const JointGeometry& g, const JointPose& a, const JointPose& b, Jacobian<5>& G_a,
-                                        Jacobian<5>& G_b) {
+inline void joint_jacobian<JointKind::kSlider>(const JointGeometry& g, const JointPose& a, const JointPose& b, Jacobian<5>& G_a,
+                                               Jacobian<5>& G_b) {
     const Mat3 E = a.R * g.frame_A, F = b.R * g.frame_B;
     const Vec3 r_b = b.R * g.anchor_b_B;
     const Vec3 arm_a = b.x + r_b - a.x;  // from A's centre to B's anchor: e turns with A while d is not zero along the axis
@@ -94,32 +99,33 @@ void joint_jacobian<JointKind::kSlider>(const JointGeometry& g, const JointPose&
         G_a.row(i) << e.transpose(), arm_a.cross(e).transpose();
         G_b.row(i) << -e.transpose(), -r_b.cross(e).transpose();
     }
-    angular_rows<5>(E, F, 2, G_a, G_b);
+    joint_geometry::angular_rows<5>(E, F, 2, G_a, G_b);
 }
 
 template <>
-VecN<6> joint_error<JointKind::kFixed>(const JointGeometry& g, const JointPose& a, const JointPose& b) {
+inline VecN<6> joint_error<JointKind::kFixed>(const JointGeometry& g, const JointPose& a, const JointPose& b) {
     VecN<6> c;
-    c.head<3>() = separation(g, a, b);
-    c.tail<3>() = angular_error(a.R * g.frame_A, b.R * g.frame_B);
+    c.head<3>() = joint_geometry::separation(g, a, b);
+    c.tail<3>() = joint_geometry::angular_error(a.R * g.frame_A, b.R * g.frame_B);
     return c;
 }
 
 template <>
-void joint_jacobian<JointKind::kFixed>(const JointGeometry& g, const JointPose& a, const JointPose& b, Jacobian<6>& G_a, Jacobian<6>& G_b) {
-    point_rows<6>(g, a, b, G_a, G_b);
-    angular_rows<6>(a.R * g.frame_A, b.R * g.frame_B, 3, G_a, G_b);
+inline void joint_jacobian<JointKind::kFixed>(const JointGeometry& g, const JointPose& a, const JointPose& b, Jacobian<6>& G_a,
+                                              Jacobian<6>& G_b) {
+    joint_geometry::point_rows<6>(g, a, b, G_a, G_b);
+    joint_geometry::angular_rows<6>(a.R * g.frame_A, b.R * g.frame_B, 3, G_a, G_b);
 }
 
 template <>
-VecN<1> joint_error<JointKind::kDistance>(const JointGeometry& g, const JointPose& a, const JointPose& b) {
-    return VecN<1>(separation(g, a, b).norm() - g.length);
+inline VecN<1> joint_error<JointKind::kDistance>(const JointGeometry& g, const JointPose& a, const JointPose& b) {
+    return VecN<1>(joint_geometry::separation(g, a, b).norm() - g.length);
 }
 
 template <>
-void joint_jacobian<JointKind::kDistance>(const JointGeometry& g, const JointPose& a, const JointPose& b, Jacobian<1>& G_a,
-                                          Jacobian<1>& G_b) {
-    const Vec3 d = separation(g, a, b);
+inline void joint_jacobian<JointKind::kDistance>(const JointGeometry& g, const JointPose& a, const JointPose& b, Jacobian<1>& G_a,
+                                                 Jacobian<1>& G_b) {
+    const Vec3 d = joint_geometry::separation(g, a, b);
     const Real length = d.norm();
     const Vec3 u = length > 0 ? Vec3(d / length) : Vec3::UnitZ();  // a rod shrunk to a point has no direction of its own
     G_a << u.transpose(), (a.R * g.anchor_a_A).cross(u).transpose();
