@@ -1,10 +1,48 @@
-// C and G of every joint type; the definitions of what solver/joint_rows.hpp declares, which includes this file. Inline: a pass over the
-// rows evaluates them for every joint.
+// C and G of every joint type (the formulas are in solver/joint_rows.hpp). Inline: a pass over the rows evaluates them for every joint.
 #pragma once
 
-#include "solver/joint_rows.hpp"
+#include "engine/base/math.hpp"
+
+#include <cstdint>
 
 namespace cairn {
+
+enum class JointKind : std::uint8_t { kBall, kHinge, kSlider, kFixed, kDistance };
+
+// A joint in its bodies' frames; constant.
+struct JointGeometry {
+    Vec3 anchor_a_A = Vec3::Zero();
+    Vec3 anchor_b_B = Vec3::Zero();
+    Mat3 frame_A = Mat3::Identity();  // columns e_k
+    Mat3 frame_B = Mat3::Identity();  // columns f_k
+    Real length = 0;                  // distance joint: L [m]
+};
+
+// The pose of a body as a joint sees it.
+struct JointPose {
+    Vec3 x;
+    Mat3 R;
+};
+
+template <int N>
+using VecN = Eigen::Matrix<Real, N, 1>;
+template <int N>
+using Jacobian = Eigen::Matrix<Real, N, 6>;
+
+constexpr int joint_rows(JointKind kind) {
+    constexpr int rows[] = {3, 5, 5, 6, 1};
+    return rows[static_cast<int>(kind)];
+}
+
+// C of a joint [m and 1].
+template <JointKind K>
+VecN<joint_rows(K)> joint_error(const JointGeometry& g, const JointPose& a, const JointPose& b);
+
+// G of a joint: the columns for (v_a, w_a) and for (v_b, w_b).
+template <JointKind K>
+void joint_jacobian(const JointGeometry& g, const JointPose& a, const JointPose& b, Jacobian<joint_rows(K)>& G_a,
+                    Jacobian<joint_rows(K)>& G_b);
+
 namespace joint_geometry {
 
 inline Vec3 separation(const JointGeometry& g, const JointPose& a, const JointPose& b) {
