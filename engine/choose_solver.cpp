@@ -38,16 +38,6 @@ bool is_quiet(const WorldData& world, int index, Real dt) {
     return true;
 }
 
-}  // namespace
-
-int points_of(const WorldData& world, const SiIsland& island) {
-    const ContactBlock &first = world.contact_pool.blocks[island.contacts.begin],
-                       &last = world.contact_pool.blocks[island.contacts.end - 1];
-    return last.first + last.count - first.first;
-}
-
-namespace {
-
 void collect_pairs(WorldData& world, const SiIsland& island) {
     world.island_pairs.clear();
     const auto local = [&](int body) { return body >= island.body_begin && body < island.dynamic_end ? body - island.body_begin : -1; };
@@ -73,7 +63,7 @@ bool takes(SolverChoice solver, const SiIsland& island) {
     const bool contacts = island.contacts.begin < island.contacts.end, joints = !island.joints.empty();
     switch (solver) {
         case SolverChoice::kDirect:
-            return contacts && !joints;
+            return contacts && !joints && !island.has_bounce;
         case SolverChoice::kRattle:
             return joints && !contacts;
         case SolverChoice::kAuto:
@@ -85,26 +75,28 @@ bool takes(SolverChoice solver, const SiIsland& island) {
 
 SolverPlan choose_solver(WorldData& world, int index, const SiIsland& island, Real dt) {
     SolverPlan plan{world.settings.solver, world.settings.substeps, nullptr};
-    if (plan.solver == SolverChoice::kAuto) {
-        plan.solver = !asks_for_sequential_impulses(world.settings) && takes(SolverChoice::kRattle, island) ? SolverChoice::kRattle
-                      : takes(SolverChoice::kDirect, island)                                                ? SolverChoice::kAuto
-                                                                                                            : SolverChoice::kSi;
+    const bool forced = plan.solver != SolverChoice::kAuto;
+    if (!forced) {
+        const bool free = !asks_for_sequential_impulses(world.settings);
+        plan.solver = free && takes(SolverChoice::kRattle, island)   ? SolverChoice::kRattle
+                      : free && takes(SolverChoice::kDirect, island) ? SolverChoice::kDirect
+                                                                     : SolverChoice::kSi;
     }
-    if (plan.solver == SolverChoice::kSi || plan.solver == SolverChoice::kRattle || !takes(SolverChoice::kDirect, island)) return plan;
-    const bool forced = plan.solver == SolverChoice::kDirect, quiet = is_quiet(world, index, dt);
+    if (plan.solver != SolverChoice::kDirect || !takes(SolverChoice::kDirect, island)) return plan;
+    const bool quiet = is_quiet(world, index, dt);
     const int bodies = island.dynamic_end - island.body_begin;
-    plan.solver = SolverChoice::kSi;
-    if (!forced && (asks_for_sequential_impulses(world.settings) || island.has_bounce || bodies > (quiet ? kLargestIsland : kSmallIsland) ||
-                    (bodies == 1 && !quiet)))
+    if (!forced && (bodies > (quiet ? kLargestIsland : kSmallIsland) || (bodies == 1 && !quiet))) {
+        plan.solver = SolverChoice::kSi;
         return plan;
-    DirectState& state = direct_state(world, index, kAllowance * points_of(world, island));
+    }
+    DirectState& state = direct_state(world, index, kAllowance * points_of(world.contact_pool, island.contacts).count());
     if (!forced && (state.wait > 0 || (state.credit <= 0 && !quiet))) {
         state.wait = std::max(0, state.wait - 1);
+        plan.solver = SolverChoice::kSi;
         return plan;
     }
     collect_pairs(world, island);
-    state.cache.set_pattern(island.dynamic_end - island.body_begin, world.island_pairs);
-    plan.solver = SolverChoice::kDirect;
+    state.cache.set_pattern(bodies, world.island_pairs);
     plan.direct = &state;
     if (quiet) plan.substeps = 1;
     return plan;

@@ -34,9 +34,6 @@ SolverPlan choose_solver(WorldData& world, int index, const SiIsland& island, Re
 // Whether a solver can solve an island at all.
 bool takes(SolverChoice solver, const SiIsland& island);
 
-// Contact points of an island that has contacts.
-int points_of(const WorldData& world, const SiIsland& island);
-
 // Tells the choice how the direct solver fared on an island with so many contact points.
 void note_direct(DirectState& state, int points, const DirectReport& report);
 

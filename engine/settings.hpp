@@ -11,7 +11,7 @@ namespace cairn {
 // What solves an island (bodies tied together by contacts and joints).
 //   kAuto    chosen per island and step from what it holds
 //   kSi      sequential impulses, takes everything
-//   kDirect  active set with a sparse factorisation: islands with contacts
+//   kDirect  active set with a sparse factorisation: islands with contacts, without joints and restitution
 //   kRattle  RATTLE with a sparse factorisation: islands with joints alone
 // A solver that is forced on an island that it cannot take leaves it where it is, and the StepReport says so.
 enum class SolverChoice : std::uint8_t { kAuto, kSi, kDirect, kRattle };

@@ -158,7 +158,7 @@ bool solve_directly(WorldData& world, const SiIsland& island, Real dt, const Sol
     settings.substeps = plan.substeps;
     if (world.settings.solver == SolverChoice::kDirect) settings.rescue_sweeps = 10;
     const DirectReport solved = solve_island_direct(world.solver_bodies, world.contact_pool, island, dt, settings, plan.direct->cache);
-    note_direct(*plan.direct, points_of(world, island), solved);
+    note_direct(*plan.direct, points_of(world.contact_pool, island.contacts).count(), solved);
     report.factorisations += solved.factorisations;
     counts.add(solved.si);
     counts.contact_sweeps += solved.passes;

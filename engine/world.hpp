@@ -16,7 +16,7 @@ namespace cairn {
 struct ContactPointView {
     Vec3 anchor_a = Vec3::Zero();    // [m], in A's body frame: the point r_A of A's surface
     Vec3 anchor_b = Vec3::Zero();    // [m], in B's body frame
-    Vec3 position_a = Vec3::Zero();  // [m], the same points in the world, at the start of the step
+    Vec3 position_a = Vec3::Zero();  // [m], the same points in the world, at the present poses
     Vec3 position_b = Vec3::Zero();
     Real separation = 0;      // [m], nᵀ(r_A − r_B) at the start of the step
     Real normal_impulse = 0;  // λ_N [N s], summed over the substeps

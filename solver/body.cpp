@@ -29,6 +29,24 @@ int drift(SolverBodies& bodies, int begin, int end, Real h) {
     return rotors;
 }
 
+void begin_push(SolverBodies& bodies, int begin, int end) {
+    for (int i = begin; i < end; ++i) bodies.push[i] = bodies.velocity[i];
+}
+
+void measure_push(SolverBodies& bodies, int begin, int end) {
+    for (int i = begin; i < end; ++i) {
+        BodyVelocity &push = bodies.push[i], &u = bodies.velocity[i];
+        push = {u.v - push.v, u.w - push.w};
+    }
+}
+
+void end_push(SolverBodies& bodies, int begin, int end) {
+    for (int i = begin; i < end; ++i) {
+        bodies.velocity[i].v -= bodies.push[i].v;
+        bodies.velocity[i].w -= bodies.push[i].w;
+    }
+}
+
 void drift_kinematic(SolverBodies& bodies, int begin, int end, Real h) {
     for (int i = begin; i < end; ++i) {
         BodyMotion& m = bodies.motion[i];

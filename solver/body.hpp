@@ -49,6 +49,11 @@ void kick(SolverBodies& bodies, int begin, int end, Real h);
 // spherical.
 int drift(SolverBodies& bodies, int begin, int end, Real h);
 
+// A push moves bodies of [begin, end) in a drift and leaves no velocity behind: begin, change the velocities, measure, drift, end.
+void begin_push(SolverBodies& bodies, int begin, int end);    // notes the velocities
+void measure_push(SolverBodies& bodies, int begin, int end);  // what has been added to them since
+void end_push(SolverBodies& bodies, int begin, int end);      // takes that away again
+
 // Moves kinematic bodies of [begin, end): constant velocity, rotation about a fixed axis.
 void drift_kinematic(SolverBodies& bodies, int begin, int end, Real h);
 

@@ -99,6 +99,11 @@ void ContactPool::clear() {
     point_count = friction_count = 0;
 }
 
+PointRange points_of(const ContactPool& pool, BlockRange range) {
+    const ContactBlock &first = pool.blocks[range.begin], &last = pool.blocks[range.end - 1];
+    return {first.first, last.first + last.count};
+}
+
 void ContactPool::make_room(std::size_t points, std::size_t friction_rows) {
     const std::size_t p = point_count + points, f = friction_count + friction_rows;
     if (p > normals.size()) {

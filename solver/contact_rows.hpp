@@ -115,6 +115,14 @@ struct BlockRange {
     int end = 0;
 };
 
+// The points of a range of blocks that is not empty.
+struct PointRange {
+    int begin = 0;
+    int end = 0;
+    int count() const { return end - begin; }
+};
+PointRange points_of(const ContactPool& pool, BlockRange range);
+
 // (Re)builds rows and separations of a block from its geometry and the current poses. `t1` of a point is kept in its friction row's t and
 // projected on the new tangent plane.
 void build_block(ContactPool& pool, ContactBlock& block, const SolverBodies& bodies);

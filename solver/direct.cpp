@@ -9,11 +9,6 @@
 namespace cairn {
 namespace {
 
-struct IndexSpan {
-    int begin = 0;
-    int end = 0;
-};
-
 struct Context {
     SolverBodies& bodies;
     ContactPool& contacts;
@@ -43,21 +38,16 @@ bool solve_or_sweep(Context& c, DirectGoal goal, Sweep sweep) {
     return c.settings.rescue_sweeps > 0;
 }
 
-IndexSpan points(const Context& c) {
-    const ContactBlock &first = c.contacts.blocks[c.island.contacts.begin], &last = c.contacts.blocks[c.island.contacts.end - 1];
-    return {first.first, last.first + last.count};
-}
-
 void save(Context& c) {
     const int begin = c.island.body_begin, end = c.island.body_end;
-    const IndexSpan p = points(c);
+    const PointRange p = points_of(c.contacts, c.island.contacts);
     c.scratch.saved_motion.assign(c.bodies.motion.begin() + begin, c.bodies.motion.begin() + end);
     c.scratch.saved_velocity.assign(c.bodies.velocity.begin() + begin, c.bodies.velocity.begin() + end);
     c.scratch.saved_warm.assign(c.contacts.warm.begin() + p.begin, c.contacts.warm.begin() + p.end);
 }
 
 void take_back(Context& c) {
-    const IndexSpan p = points(c);
+    const PointRange p = points_of(c.contacts, c.island.contacts);
     std::copy(c.scratch.saved_motion.begin(), c.scratch.saved_motion.end(), c.bodies.motion.begin() + c.island.body_begin);
     std::copy(c.scratch.saved_velocity.begin(), c.scratch.saved_velocity.end(), c.bodies.velocity.begin() + c.island.body_begin);
     std::copy(c.scratch.saved_warm.begin(), c.scratch.saved_warm.end(), c.contacts.warm.begin() + p.begin);
@@ -69,23 +59,17 @@ void take_back(Context& c) {
 
 bool drift_pushed(Context& c) {
     const int begin = c.island.body_begin, end = c.island.dynamic_end;
-    for (int i = begin; i < end; ++i) c.bodies.push[i] = c.bodies.velocity[i];
     hold_contacts(c.contacts, c.island.contacts, c.bodies);
+    begin_push(c.bodies, begin, end);
     if (!solve_or_sweep(c, DirectGoal::kPush,
                         [&] { push_contacts(c.contacts, c.island.contacts, c.bodies, c.h, c.settings.contact_push); }))
         return false;
-    for (int i = begin; i < end; ++i) {
-        BodyVelocity &push = c.bodies.push[i], &u = c.bodies.velocity[i];
-        push = {u.v - push.v, u.w - push.w};
-    }
+    measure_push(c.bodies, begin, end);
     c.report.si.rotor_calls += drift(c.bodies, begin, end, c.h);
     drift_kinematic(c.bodies, end, c.island.body_end, c.h);
     advance_blocks(c.contacts, c.island.contacts, c.bodies, c.h, c.settings.rebuild_angle);
     release_contacts(c.contacts, c.island.contacts);
-    for (int i = begin; i < end; ++i) {
-        c.bodies.velocity[i].v -= c.bodies.push[i].v;
-        c.bodies.velocity[i].w -= c.bodies.push[i].w;
-    }
+    end_push(c.bodies, begin, end);
     return true;
 }
 

@@ -58,7 +58,7 @@ struct DirectReport {
     Real residual = 0;         // [m/s], largest natural residual that a solve ended with
 };
 
-// Steps an island without joints by dt, as solve_island_si does; or leaves it as it was, see `rescue_sweeps`.
+// Steps an island without joints and without restitution by dt, as solve_island_si does; or leaves it as it was, see `rescue_sweeps`.
 DirectReport solve_island_direct(SolverBodies& bodies, ContactPool& contacts, const SiIsland& island, Real dt,
                                  const DirectSettings& settings, DirectCache& cache);
 

@@ -28,7 +28,7 @@ public:
           cache_(cache),
           s_(scratch),
           report_(report),
-          first_point_(pool.blocks[island.contacts.begin].first),
+          points_(points_of(pool, island.contacts)),
           exact_(exact_correction()),
           disturbed_(disturbed) {}
 
@@ -59,7 +59,7 @@ private:
     int count() const { return island_.dynamic_end - island_.body_begin; }
     // Index of a body among the island's dynamic ones, or < 0.
     int local(int body) const { return body >= island_.body_begin && body < island_.dynamic_end ? body - island_.body_begin : -1; }
-    DirectRow* rows_of(const ContactBlock& block) { return s_.rows.data() + 3 * static_cast<std::size_t>(block.first - first_point_); }
+    DirectRow* rows_of(const ContactBlock& block) { return s_.rows.data() + 3 * static_cast<std::size_t>(block.first - points_.begin); }
 
     template <typename Function>
     void for_each_block(Function f) {
@@ -84,7 +84,6 @@ private:
     // another.
     Real target(const NormalRow& row) const {
         if (goal_ == DirectGoal::kVelocities) return velocity_target(row);
-        if (row.lift > 0) return gap_target(row, h_, 0);
         const Real closing = -(row.separation + 0.5 * h_ * h_ * row.curvature) / h_;
         const Real rate = goal_ == DirectGoal::kPush ? settings_.contact_push : 0;
         return closing <= exact_ ? closing : std::max(exact_, rate * closing);
@@ -98,8 +97,7 @@ private:
     }
 
     void set_rows() {
-        const ContactBlock& last = pool_.blocks[island_.contacts.end - 1];
-        s_.rows.resize(3 * static_cast<std::size_t>(last.first + last.count - first_point_));
+        s_.rows.resize(3 * static_cast<std::size_t>(points_.count()));
         s_.gradient.resize(static_cast<std::size_t>(count()));
         for_each_block([&](const ContactBlock& block) {
             DirectRow* row = rows_of(block);
@@ -252,7 +250,8 @@ private:
         return cache_.has_factor;
     }
 
-    // Newton's method for the multipliers and bounds as they are. False if the matrix could not be factorised.
+    // Newton's method for the multipliers and bounds as they are. False if the active set did not settle, or the matrix
+    // could not be factorised.
     bool minimise() {
         for (int k = 0; k < settings_.most_newton_steps; ++k) {
             if ((!cache_.has_factor || !active_set_is(cache_.factored_active)) && !factorise()) return false;
@@ -413,7 +412,7 @@ private:
     DirectCache& cache_;
     DirectScratch& s_;
     DirectReport& report_;
-    int first_point_;
+    PointRange points_;
     Real exact_;  // [m/s]
     bool disturbed_;
     bool has_bodies_ = false;  // v0 and inertia are set; before, the velocities are v0

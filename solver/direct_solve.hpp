@@ -36,8 +36,8 @@ struct DirectScratch {
 enum class DirectGoal { kGaps, kPush, kVelocities };
 
 // Solves for what `goal` asks (see si.hpp for the two solves and the push) from the impulses in the pool and the velocities in `bodies`,
-// which must agree; leaves both in agreement. `disturbed`: an earlier solve of the step has changed
-// impulses, so this one has to follow however small the residual. False if the residual is not below the tolerance.
+// which must agree; leaves both in agreement. `disturbed`: an earlier solve of the step has changed impulses, so this one has
+// to follow however small the residual. False if the residual is not below the tolerance.
 bool direct_solve(SolverBodies& bodies, ContactPool& contacts, const SiIsland& island, DirectGoal goal, Real h,
                   const DirectSettings& settings, DirectCache& cache, DirectScratch& scratch, DirectReport& report, bool disturbed);
 

@@ -40,7 +40,6 @@ private:
     void kick(Real h) { cairn::kick(bodies_, island_.body_begin, island_.dynamic_end, h); }
     void remember_start();
     void trial(Real h);
-    void drift_driven(Real h);
     bool dropped_rows_hold(Real h) const;
     bool shake(Real h);
     Real broyden_step(int k);
@@ -215,17 +214,6 @@ void Integrator::trial(Real h) {
     }
 }
 
-void Integrator::drift_driven(Real h) {
-    for (int i = island_.dynamic_end; i < island_.body_end; ++i) {
-        BodyMotion& m = motion(i);
-        const BodyVelocity& u = bodies_.velocity[i];
-        m.x += h * u.v;
-        m.q = exp_rotation(h * u.w) * m.q;
-        m.q.normalize();
-        m.R = m.q.toRotationMatrix();
-    }
-}
-
 // The k-th correction of λ into `steps`, from −A⁻¹ residual in `scratch`. Returns the squared M-norm of the velocities that it changes.
 Real Integrator::broyden_step(int k) {
     Real *z = &ws_.steps[k * rows_], *Az = &ws_.images[k * rows_];
@@ -322,7 +310,7 @@ bool Integrator::stage(Real h) {
         ws_.lambda[r] = ws_.ldlt.is_dropped(r) ? 0 : h / 2 * (ws_.previous[r] + (h + previous_h_) / 3 * ws_.slope[r]);
     kick(0.5 * h);
     remember_start();
-    drift_driven(h);
+    drift_kinematic(bodies_, island_.dynamic_end, island_.body_end, h);
     ws_.rows.apply(ws_.lambda.data(), bodies_);
     if (!shake(h)) return false;
     const bool same_way = (h > 0) == (previous_h_ > 0);

@@ -64,19 +64,13 @@ void pushed_drift(SiContext& c) {
     const int begin = c.island.body_begin, end = c.island.dynamic_end;
     if (c.has_joints) hold_joints(c.joints, c.island.joints);
     if (c.has_contacts) hold_contacts(c.contacts, c.island.contacts, c.bodies);
-    for (int i = begin; i < end; ++i) c.bodies.push[i] = c.bodies.velocity[i];
+    begin_push(c.bodies, begin, end);
     if (c.has_contacts) push_contacts(c.contacts, c.island.contacts, c.bodies, c.h, c.settings.contact_push);
-    for (int i = begin; i < end; ++i) {
-        BodyVelocity &push = c.bodies.push[i], &u = c.bodies.velocity[i];
-        push = {u.v - push.v, u.w - push.w};
-    }
+    measure_push(c.bodies, begin, end);
     move_bodies(c);
     rebuild_rows(c);
     if (c.has_contacts) release_contacts(c.contacts, c.island.contacts);
-    for (int i = begin; i < end; ++i) {
-        c.bodies.velocity[i].v -= c.bodies.push[i].v;
-        c.bodies.velocity[i].w -= c.bodies.push[i].w;
-    }
+    end_push(c.bodies, begin, end);
 }
 
 void SiReport::add(const SiReport& r) {

@@ -51,8 +51,9 @@ void add_run_options(CLI::App& command, RunArguments& a) {
     command.add_option("--threads", a.threads, with_default("Threads", defaults.threads));
     command.add_option("--sleep", a.sleep, with_default("1: bodies at rest fall asleep, 0: they do not", defaults.sleep ? 1 : 0));
     command
-        .add_option("--solver", a.solver,
-                    "auto: chosen per island; si: sequential impulses; direct: islands with contacts; rattle: joints alone")
+        .add_option(
+            "--solver", a.solver,
+            "auto: chosen per island; si: sequential impulses; direct: contacts without joints and restitution; rattle: joints alone")
         ->capture_default_str();
     command.add_option("--stabilisation", a.stabilisation,
                        with_default("How position errors are worked off: split, target-velocity, soft or none",

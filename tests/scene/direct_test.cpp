@@ -110,6 +110,18 @@ TEST_CASE("a forced direct solver leaves an island of joints where it is, and sa
     CHECK(world.state(bob).position == Vec3(1, 0, 0));
 }
 
+TEST_CASE("a forced direct solver leaves a bouncing ball where it is, and says so") {
+    World world(with(SolverChoice::kDirect));
+    world.add_body(ground(0.5, 0.8));
+    BodyDef def = ball(0.5, {0, 0, 0.5});
+    def.restitution = 0.8;
+    const BodyId id = world.add_body(def);
+    const StepReport report = world.step(kStep);
+    CHECK_FALSE(report.ok);
+    CHECK(report.islands_refused == 1);
+    CHECK(world.state(id).position == Vec3(0, 0, 0.5));
+}
+
 TEST_CASE("two worlds that are solved directly agree to the bit") {
     const auto build = [] {
         World world;
