@@ -241,10 +241,10 @@ std::string report_markdown(const ReportData& data, const std::string& figures) 
             std::string cells;
             for (const std::string& engine : engines) {
                 const auto found = at.find({limit, engine});
-                cells += " " + (found == at.end() ? "" : held(found->second->result)) + " |";
+                cells += fmt::format(" {} |", found == at.end() ? "" : held(found->second->result));
                 if (found != at.end()) any = found->second;
             }
-            md += fmt::format("\n| {} | {}{} | {} |{}", limit, any->what, any->unit.empty() ? "" : " [" + any->unit + "]", any->criterion,
+            md += fmt::format("\n| {} | {}{} | {} |{}", limit, any->what, any->unit.empty() ? "" : fmt::format(" [{}]", any->unit), any->criterion,
                               cells);
         }
         md += "\n";
