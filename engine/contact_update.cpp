@@ -8,13 +8,21 @@
 namespace cairn {
 namespace {
 
+void count_query(StepProfile& profile, ShapeType a, ShapeType b, std::uint64_t fcl_calls) {
+    const int low = static_cast<int>(std::min(a, b)), high = static_cast<int>(std::max(a, b));
+    ++profile.queries_of[low][high];
+    profile.fcl_calls_of[low][high] += static_cast<std::uint32_t>(fcl_calls);
+}
+
 void ask_narrow_phase(WorldData& world, Contact& c, const Transform& X_WA, const Transform& X_WB, const Transform& X_AB, Real margin,
                       NarrowStats& stats) {
     const ShapeRecord &a = world.shapes[c.shape_a], &b = world.shapes[c.shape_b];
     world.fresh.clear();
     // Asked with some to spare, so that a reach that grows by a hair does not end the reuse.
     margin *= 1.25;
+    const std::uint64_t calls_before = stats.fcl_calls;
     const NarrowResult result = collide_shapes({&a.shape, a.X_WS}, {&b.shape, b.X_WS}, margin, c.cache, world.fresh, stats);
+    if (world.clock.on()) count_query(world.clock.profile(), a.shape.type, b.shape.type, stats.fcl_calls - calls_before);
     if (result == NarrowResult::kFailed) {  // the last manifold stays, at the present poses
         ContactStore::refresh(c, X_WA, X_WB);
         return;
@@ -59,6 +67,8 @@ void update_contacts(WorldData& world, Real dt, StepReport& report) {
     report.narrow_queries = stats.queries;
     report.fcl_calls = stats.fcl_calls;
     report.fcl_failures = stats.failures;
+    if (world.clock.on()) world.clock.profile().separating_axis_hits = static_cast<std::uint32_t>(stats.separating_axis_hits);
+    world.clock.lap(Phase::kNarrowPhase);
 }
 
 }  // namespace cairn

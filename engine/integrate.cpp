@@ -37,6 +37,7 @@ void move_kinematic_bodies(WorldData& world, Real dt, StepReport& report) {
             world.info[i].motion ? motion_rotation(world.info[i], world.time + dt) : Quat(exp_rotation(dt * body.w) * body.X_WB.q);
         accept_state(world, i, {turned, body.X_WB.p + dt * body.v}, body.v, body.w, report);
     }
+    world.clock.lap(Phase::kIntegrate);
 }
 
 void move_free_bodies(WorldData& world, Real dt, StepReport& report) {

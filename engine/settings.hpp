@@ -32,6 +32,7 @@ struct WorldSettings {
     Stabilisation stabilisation = Stabilisation::kSplit;
     SiModel model;  // of sequential impulses
     bool sleep = false;
+    bool profile = false;  // measure the stages of each step: StepReport::profile
     int threads = 1;
 };
 

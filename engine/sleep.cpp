@@ -85,6 +85,7 @@ void put_to_sleep(WorldData& world, Real dt, StepReport& report) {
         ++world.next_sleep_group;
     }
     for (const Body& b : world.bodies) report.sleeping_bodies += b.alive && b.asleep;
+    world.clock.lap(Phase::kSleep);
 }
 
 }  // namespace cairn

@@ -257,6 +257,7 @@ void build_islands(WorldData& world, StepReport& report) {
     }
     islands.finish();
     report.islands = static_cast<std::uint32_t>(islands.count());
+    world.clock.lap(Phase::kIslands);
 }
 
 void solve_islands(WorldData& world, Real dt, StepReport& report) {
@@ -269,11 +270,15 @@ void solve_islands(WorldData& world, Real dt, StepReport& report) {
     SiReport solved;
     for (int i = 0; i < world.islands.count(); ++i) {
         const SiIsland island = build_island(world, i, dt);
-        if (!solve_island(world, i, island, dt, scale, solved, report)) {
+        world.clock.lap(Phase::kRows);
+        const bool is_solved = solve_island(world, i, island, dt, scale, solved, report);
+        world.clock.lap(Phase::kSolve);
+        if (!is_solved) {
             refuse_island(world, i, report);
             continue;
         }
         store_island(world, i, island, report);
+        world.clock.lap(Phase::kStore);
         report.joint_rows += static_cast<std::uint32_t>(island.joints.rows());
     }
     report.normal_rows = static_cast<std::uint32_t>(world.contact_pool.point_count);

@@ -14,6 +14,7 @@ StepReport World::step(Real dt) noexcept {
         report.ok = false;
         return report;
     }
+    world.clock.start(world.settings.profile);
     drive_kinematic_bodies(world, dt);
     update_pairs(world, dt, report);
     update_contacts(world, dt, report);
@@ -23,6 +24,7 @@ StepReport World::step(Real dt) noexcept {
     move_free_bodies(world, dt, report);
     move_kinematic_bodies(world, dt, report);
     put_to_sleep(world, dt, report);
+    if (world.clock.on()) report.profile = &world.clock.profile();
     world.time += dt;
     world.last_dt = dt;
     return report;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "engine/settings.hpp"
+#include "engine/step_profile.hpp"
 
 #include <cstdint>
 
@@ -27,13 +28,14 @@ struct StepReport {
     std::uint32_t refused_body = UINT32_MAX;        // lowest body of such an island, in order of creation
     std::uint32_t free_bodies = 0;                  // moved exactly, without a solver
     std::uint32_t sleeping_bodies = 0;
-    std::uint64_t rotor_calls = 0;     // free-rigid-body rotations of bodies with unequal moments
-    std::uint64_t joint_sweeps = 0;    // passes over joint rows
-    std::uint64_t contact_sweeps = 0;  // passes over contact rows
-    std::uint64_t factorisations = 0;  // of the direct solver
-    Real max_penetration = 0;          // [m], deepest point at the start of the step
-    Real residual = 0;                 // [m/s], largest velocity change of a row in the last sweep of any solve
-    Real natural_residual = 0;         // [m/s], of the contacts of islands solved by the textbook's substep (solver/contact_models.hpp)
+    std::uint64_t rotor_calls = 0;         // free-rigid-body rotations of bodies with unequal moments
+    std::uint64_t joint_sweeps = 0;        // passes over joint rows
+    std::uint64_t contact_sweeps = 0;      // passes over contact rows
+    std::uint64_t factorisations = 0;      // of the direct solver
+    Real max_penetration = 0;              // [m], deepest point at the start of the step
+    Real residual = 0;                     // [m/s], largest velocity change of a row in the last sweep of any solve
+    Real natural_residual = 0;             // [m/s], of the contacts of islands solved by the textbook's substep (solver/contact_models.hpp)
+    const StepProfile* profile = nullptr;  // with WorldSettings::profile; the world's own, until its next step
 };
 
 }  // namespace cairn

@@ -55,14 +55,22 @@ void flush_broad_phase(WorldData& world) {
 }
 
 void update_pairs(WorldData& world, Real dt, StepReport& report) {
+    const std::uint64_t moved_before = world.broad_phase.moved_count();
     for (Body& body : world.bodies) {
         if (!body.alive || !body.enabled) continue;
         if (!body.moved && (body.asleep || body.type == BodyType::kStatic)) continue;
         move_proxies(world, body, dt);
         body.moved = false;
     }
+    const std::uint64_t moved = world.broad_phase.moved_count() - moved_before;
     flush_broad_phase(world);
     report.pairs = static_cast<std::uint32_t>(world.contacts.size());
+    if (!world.clock.on()) return;
+    StepProfile& profile = world.clock.profile();
+    profile.pairs_begun = static_cast<std::uint32_t>(world.begun.size());
+    profile.pairs_ended = static_cast<std::uint32_t>(world.ended.size());
+    profile.proxies_moved = static_cast<std::uint32_t>(moved);
+    world.clock.lap(Phase::kBroadPhase);
 }
 
 }  // namespace cairn

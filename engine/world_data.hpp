@@ -124,6 +124,7 @@ struct WorldData {
     std::vector<int> solver_index;  // body → index in solver_bodies, this island
     std::vector<std::uint32_t> kinematic_used;
     std::vector<std::pair<int, int>> island_pairs;
+    PhaseClock clock;
 };
 
 // External acceleration of a dynamic body [m/s²].

@@ -63,6 +63,7 @@ std::string runner_line(const Scene& scene, const RunResult& r, const std::vecto
                         {"stabilisation", stabilisation_name(r.settings.stabilisation)},
                         {"residual_tolerance", r.settings.residual_tolerance},
                         {"model", model_names(r.settings.model)}};
+    if (r.profile) line["profile"] = profile_json(*r.profile);
     return line.dump();
 }
 
@@ -90,6 +91,7 @@ std::string summary(const Scene& scene, const RunResult& r) {
     }
     row("asleep at the end", fmt::format("{} bodies", r.sleeping_end));
     row("narrow phase", fmt::format("{} calls into FCL, {} queries failed", r.fcl_calls, r.fcl_failures));
+    if (r.profile) text += profile_table(*r.profile);
     for (const std::string& warning : warnings(scene, r)) text += "  warning: " + warning + '\n';
     return text;
 }

@@ -20,6 +20,7 @@ struct Arguments {
     std::string states;
     bool json = false;
     bool quiet = false;
+    bool profile = false;
 };
 
 int report_unsupported(const Scene& scene, const RunOptions& options, const std::vector<std::string>& unsupported, bool json) {
@@ -32,7 +33,8 @@ int report_unsupported(const Scene& scene, const RunOptions& options, const std:
 }
 
 int run(const Arguments& arguments) {
-    const RunOptions options = run_options(arguments.run);
+    RunOptions options = run_options(arguments.run);
+    options.profile = arguments.profile;
     const Scene scene = load_scene(find_scene(arguments.scene));
     const std::vector<std::string> unsupported = unsupported_features(scene);
     if (!unsupported.empty()) return report_unsupported(scene, options, unsupported, arguments.json);
@@ -66,6 +68,7 @@ void add_run_command(CLI::App& app, int& exit_code) {
     add_run_options(*command, arguments->run);
     command->add_option("--states", arguments->states, "Write the sampled states of all moving bodies to this CSV file");
     command->add_flag("--json", arguments->json, "Print one line of JSON instead of the summary");
+    command->add_flag("--profile", arguments->profile, "Measure each stage of the step and count what it did");
     command->add_flag("--quiet", arguments->quiet, "Print neither summary nor progress");
     command->footer(
         "Examples:\n"

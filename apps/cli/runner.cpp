@@ -1,5 +1,6 @@
 #include "apps/cli/runner.hpp"
 
+#include "apps/cli/allocations.hpp"
 #include "apps/cli/options.hpp"
 #include "engine/base/error.hpp"
 
@@ -58,6 +59,7 @@ WorldSettings settings_from(const RunOptions& options) {
     if (options.model) settings.model = *options.model;
     if (options.stabilisation) settings.stabilisation = *options.stabilisation;
     if (options.residual_tolerance) settings.residual_tolerance = *options.residual_tolerance;
+    settings.profile = options.profile;
     return settings;
 }
 
@@ -99,6 +101,7 @@ RunResult run_scene(const Scene& scene, const RunOptions& options, const SampleC
     const std::vector<long> due = sample_steps(scene.sample_interval, options.dt, steps);
     SceneWorld built = build_world(scene, settings_from(options));
     result.settings = built.world.settings();
+    if (options.profile) result.profile.emplace();
     result.energy_start = built.world.kinetic_energy() + built.world.potential_energy();
     result.energy_max = result.energy_start;
     add_energy(built.world, result);
@@ -108,11 +111,13 @@ RunResult run_scene(const Scene& scene, const RunOptions& options, const SampleC
     walls.reserve(static_cast<std::size_t>(steps));
     std::size_t next_sample = 0;
     for (long step = 1; step <= steps; ++step) {
+        const std::uint64_t allocations_before = allocations_so_far();
         const Clock::time_point start = Clock::now();
         const StepReport report = built.world.step(options.dt);
         walls.push_back(std::chrono::duration<double>(Clock::now() - start).count());
         if (report.islands_refused > 0) throw_refused(scene, options, report, static_cast<Real>(step) * options.dt);
         add_report(report, result);
+        if (result.profile) result.profile->add(report, walls.back(), allocations_so_far() - allocations_before);
         if (step == due[next_sample]) {
             ++next_sample;
             add_energy(built.world, result);

@@ -1,6 +1,7 @@
 // Runs a scene: builds its world, steps it to the end, hands out samples.
 #pragma once
 
+#include "apps/cli/profile.hpp"
 #include "engine/scene/scene.hpp"
 
 #include <functional>
@@ -21,6 +22,7 @@ struct RunOptions {
     std::optional<Stabilisation> stabilisation;
     std::optional<SiModel> model;
     std::optional<Real> residual_tolerance;  // [m/s]
+    bool profile = false;                    // measure where the time goes
 };
 
 WorldSettings settings_from(const RunOptions& options);
@@ -46,7 +48,8 @@ struct RunResult {
     Real energy_start = 0;     // [J], kinetic and potential, at t = 0 and at the samples
     Real energy_end = 0;
     Real energy_max = 0;
-    Real kinetic_max = 0;  // [J]
+    Real kinetic_max = 0;               // [J]
+    std::optional<RunProfile> profile;  // if asked for
 };
 
 // Called at t = 0, after the step nearest each multiple of the sample interval (with that step's own time), and after the last step.

@@ -64,6 +64,29 @@ TEST_CASE("run --json ends with one line that says what was run") {
     CHECK(line.at("settings").at("stabilisation") == "none");
 }
 
+TEST_CASE("run --profile tells where the time went, and only then") {
+    const SceneFile scene(kBall);
+    const ProgramResult r = run_cairn("run " + scene.path + " --json --profile");
+    REQUIRE(r.exit_code == 0);
+    const nlohmann::json line = nlohmann::json::parse(r.last_line()), profile = line.at("profile");
+    double total = 0;
+    for (const auto& [stage, seconds] : profile.at("seconds").items()) {
+        CHECK(seconds >= 0);
+        total += seconds.get<double>();
+    }
+    CHECK(profile.at("seconds").at("broad_phase") > 0);
+    CHECK(total == Approx(line.at("wall_total_s").get<double>()).epsilon(1e-9));
+    CHECK(profile.at("counts").at("free_bodies") == 60);  // one ball, which falls 5 m in its second
+    CHECK(profile.at("counts").at("allocations") > 0);    // the first steps grow their lists
+    CHECK(profile.at("pair_types").is_object());
+
+    const ProgramResult table = run_cairn("run " + scene.path + " --profile");
+    REQUIRE(table.exit_code == 0);
+    CHECK(table.out.find("broad phase") != std::string::npos);
+    CHECK(table.out.find("free bodies") != std::string::npos);
+    CHECK(run_cairn("run " + scene.path + " --json").out.find("\"profile\"") == std::string::npos);
+}
+
 TEST_CASE("run without an option uses the step's default of a sixtieth of a second") {
     const SceneFile scene(kBall);
     const ProgramResult r = run_cairn("run " + scene.path + " --json");
