@@ -21,7 +21,7 @@ void ask_narrow_phase(WorldData& world, Contact& c, const Transform& X_WA, const
     // Asked with some to spare, so that a reach that grows by a hair does not end the reuse.
     margin *= 1.25;
     const std::uint64_t calls_before = stats.fcl_calls;
-    const NarrowResult result = collide_shapes({&a.shape, a.X_WS}, {&b.shape, b.X_WS}, margin, c.cache, world.fresh, stats);
+    const NarrowResult result = collide_shapes({&a.shape, X_WA * a.X_BS}, {&b.shape, X_WB * b.X_BS}, margin, c.cache, world.fresh, stats);
     if (world.clock.on()) count_query(world.clock.profile(), a.shape.type, b.shape.type, stats.fcl_calls - calls_before);
     if (result == NarrowResult::kFailed) {  // the last manifold stays, at the present poses
         ContactStore::refresh(c, X_WA, X_WB);
@@ -46,12 +46,11 @@ void count_contact(const Contact& c, StepReport& report) {
 
 void update_contacts(WorldData& world, Real dt, StepReport& report) {
     NarrowStats stats;
-    for (Contact& c : world.contacts.slots()) {
-        if (!c.alive) continue;
+    refresh_active(world);
+    for (const std::uint32_t slot : world.active.contacts.numbers()) {
+        Contact& c = world.contacts.slots()[slot];
         const Body &a = world.bodies[c.body_a], &b = world.bodies[c.body_b];
-        const bool a_moves = a.is_awake() || (a.type == BodyType::kKinematic && !(a.v.isZero(0) && a.w.isZero(0)));
-        const bool b_moves = b.is_awake() || (b.type == BodyType::kKinematic && !(b.v.isZero(0) && b.w.isZero(0)));
-        if (a_moves || b_moves || c.fresh) {
+        if (is_moving(a) || is_moving(b) || c.fresh) {
             const Transform X_WA = a.transform(), X_WB = b.transform();
             const Transform X_AB(X_WA.R.transpose() * X_WB.R, X_WA.to_local(X_WB.p));
             const Real margin = pair_margin(world, a, world.shapes[c.shape_a], b, world.shapes[c.shape_b], dt);
@@ -61,9 +60,13 @@ void update_contacts(WorldData& world, Real dt, StepReport& report) {
             } else {
                 ask_narrow_phase(world, c, X_WA, X_WB, X_AB, margin, stats);
             }
+        } else {
+            world.active.has_stopped = true;
         }
         count_contact(c, report);
     }
+    report.manifolds += world.active.quiet_manifolds;
+    report.contacts += world.active.quiet_points;
     report.narrow_queries = stats.queries;
     report.fcl_calls = stats.fcl_calls;
     report.fcl_failures = stats.failures;

@@ -21,18 +21,21 @@ Vec3 rotation_vector(const Quat& q) {
 }  // namespace
 
 void drive_kinematic_bodies(WorldData& world, Real dt) {
-    for (std::size_t i = 0; i < world.bodies.size(); ++i) {
+    for (const std::uint32_t i : world.active.kinematic.numbers()) {
         Body& body = world.bodies[i];
-        if (body.type != BodyType::kKinematic || !body.alive || !body.enabled || !world.info[i].motion) continue;
         // The constant velocity that leads from where it is to where it must be at the end of the step.
-        body.w = rotation_vector(motion_rotation(world.info[i], world.time + dt) * body.X_WB.q.conjugate()) / dt;
+        if (world.info[i].motion) body.w = rotation_vector(motion_rotation(world.info[i], world.time + dt) * body.X_WB.q.conjugate()) / dt;
+        if (is_moving(body) == body.was_moving) continue;
+        body.was_moving = !body.was_moving;
+        if (body.was_moving) activate(world, i);
+        world.active.has_stopped |= !body.was_moving;
     }
 }
 
 void move_kinematic_bodies(WorldData& world, Real dt, StepReport& report) {
-    for (std::uint32_t i = 0; i < world.bodies.size(); ++i) {
+    for (const std::uint32_t i : world.active.kinematic.numbers()) {
         Body& body = world.bodies[i];
-        if (body.type != BodyType::kKinematic || !body.alive || !body.enabled) continue;
+        if (!is_moving(body) && !world.info[i].motion) continue;
         const Quat turned =
             world.info[i].motion ? motion_rotation(world.info[i], world.time + dt) : Quat(exp_rotation(dt * body.w) * body.X_WB.q);
         accept_state(world, i, {turned, body.X_WB.p + dt * body.v}, body.v, body.w, report);
@@ -41,14 +44,14 @@ void move_kinematic_bodies(WorldData& world, Real dt, StepReport& report) {
 }
 
 void move_free_bodies(WorldData& world, Real dt, StepReport& report) {
-    for (std::uint32_t i = 0; i < world.bodies.size(); ++i) {
+    for (const std::uint32_t i : world.active.bodies.numbers()) {
         const Body& body = world.bodies[i];
         if (!body.is_awake() || world.islands.is_member(i)) continue;
         ++report.free_bodies;
         const Vec3 a = external_acceleration(world, body);
         Pose pose{body.X_WB.q, body.X_WB.p + dt * body.v + (0.5 * dt * dt) * a};
         Vec3 w = body.w;
-        const bool torque = !body.torque.isZero(0);
+        const bool torque = body.has_load && !body.torque.isZero(0);
         if (torque) w += body.R * (body.inv_inertia_B * (body.R.transpose() * (0.5 * dt * body.torque)));
         if (!w.isZero(0)) {
             rotate_free(pose.q, w, body.rotor, dt, rotor_stages(w, dt));

@@ -4,10 +4,15 @@
 
 namespace cairn {
 
-void IslandBuilder::begin(std::size_t body_count) {
+void IslandBuilder::begin(std::size_t body_count, const std::vector<std::uint32_t>& awake) {
+    awake_ = &awake;
     parent_.resize(body_count);
-    for (std::size_t i = 0; i < body_count; ++i) parent_[i] = static_cast<std::uint32_t>(i);
-    member_.assign(body_count, 0);
+    member_.resize(body_count);
+    island_of_.resize(body_count);
+    for (const std::uint32_t i : awake) {
+        parent_[i] = i;
+        member_[i] = 0;
+    }
     for (List& list : lists_) {
         list.item.clear();
         list.body.clear();
@@ -38,9 +43,7 @@ void IslandBuilder::add(std::uint32_t body_a, std::uint32_t body_b, int kind, st
 }
 
 void IslandBuilder::finish() {
-    const std::uint32_t n = static_cast<std::uint32_t>(parent_.size());
-    island_of_.resize(n);
-    for (std::uint32_t i = 0; i < n; ++i) {
+    for (const std::uint32_t i : *awake_) {
         if (!member_[i]) continue;
         const std::uint32_t r = root(i);
         if (r == i) {  // the root is the lowest, so it comes first
@@ -64,7 +67,7 @@ void IslandBuilder::finish() {
         for (int kind = 0; kind < 2; ++kind) place(island.items[kind], item_total[kind]);
     }
     body_list_.resize(body_total);
-    for (std::uint32_t i = 0; i < n; ++i)
+    for (const std::uint32_t i : *awake_)
         if (member_[i]) body_list_[islands_[island_of_[i]].bodies.end++] = i;
     for (int kind = 0; kind < 2; ++kind) {
         List& list = lists_[kind];

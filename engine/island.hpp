@@ -15,8 +15,8 @@ struct IndexRange {
 // Deterministic: islands in the order of their lowest body, bodies and constraints of an island in ascending order.
 class IslandBuilder {
 public:
-    // Starts over with `body_count` bodies, none in an island.
-    void begin(std::size_t body_count);
+    // Starts over, no body in an island. `awake`: the bodies that may be, ascending, below body_count; kept by reference until finish.
+    void begin(std::size_t body_count, const std::vector<std::uint32_t>& awake);
     // A constraint between two bodies; UINT32_MAX for one that cannot move. `item` is given back, `kind` keeps lists apart.
     void add(std::uint32_t body_a, std::uint32_t body_b, int kind, std::uint32_t item);
     // Groups what was added.
@@ -27,7 +27,7 @@ public:
     IndexRange items(int island, int kind) const { return islands_[island].items[kind]; }
     const std::vector<std::uint32_t>& body_list() const { return body_list_; }
     const std::vector<std::uint32_t>& item_list(int kind) const { return lists_[kind].sorted; }
-    // Whether the body is in an island.
+    // Whether a body that was awake at begin is in an island.
     bool is_member(std::uint32_t body) const { return member_[body]; }
 
     static constexpr int kContact = 0;
@@ -43,6 +43,7 @@ private:
     };
     std::uint32_t root(std::uint32_t body);
 
+    const std::vector<std::uint32_t>* awake_ = nullptr;
     std::vector<std::uint32_t> parent_;
     std::vector<char> member_;
     std::vector<int> island_of_;

@@ -6,16 +6,46 @@
 namespace cairn {
 namespace {
 
-// An island sleeps once all its bodies have been slower than this for the time given: a fall passes these speeds within some milliseconds.
+// An island sleeps once all its bodies have been slow and have stayed where they are: by a hair for a short time, which only what really
+// rests does, or roughly for a longer one. A fall passes such speeds within some milliseconds; what creeps, rolls on or begins to slide
+// leaves its place, however slow it is; and so does what is being pushed out of another body, which has no velocity at all.
 constexpr Real kSleepSpeed = 0.01;  // [m/s], of the centre and, by spin, of the farthest point
-constexpr Real kSleepTime = 0.5;    // [s]
+struct Rest {
+    Real time;  // [s]
+    Real way;   // [m], of the centre and, by rotation, of the farthest point
+};
+constexpr Rest kRests[2] = {{0.1, 1e-7}, {0.5, 1e-4}};
 
-bool is_slow(const Body& b) {
-    return b.v.norm() + b.w.norm() * b.radius < kSleepSpeed;
+Real farthest_way(const Body& b, const Pose& from) {
+    const Real sine = (from.q.conjugate() * b.X_WB.q).vec().norm();  // of half the angle
+    return (b.X_WB.p - from.p).norm() + 2 * sine * b.radius;
 }
 
-bool is_moving(const Body& b) {
-    return b.is_awake() || (b.type == BodyType::kKinematic && b.enabled && !(b.v.isZero(0) && b.w.isZero(0)));
+// Brings the windows up to date with a step of dt.
+void watch_rest(const Body& b, RestState& rest, Real dt) {
+    const bool is_slow = b.v.norm() + b.w.norm() * b.radius < kSleepSpeed;
+    for (int k = 0; k < 2; ++k) {
+        RestWindow& window = rest.windows[k];
+        if (is_slow && farthest_way(b, window.X_WB) <= kRests[k].way)
+            window.time += dt;
+        else
+            window = {b.X_WB, 0};
+    }
+}
+
+void fall_asleep(WorldData& world, const IndexRange& range) {
+    const std::vector<std::uint32_t>& list = world.islands.body_list();
+    for (int k = range.begin; k < range.end; ++k) {
+        Body& b = world.bodies[list[k]];
+        b.asleep = true;
+        b.sleep_next = list[k + 1 < range.end ? k + 1 : range.begin];
+        b.v.setZero();
+        b.w.setZero();
+        b.sleep_group = world.next_sleep_group;
+    }
+    ++world.next_sleep_group;
+    world.active.sleeping += static_cast<std::uint32_t>(range.end - range.begin);
+    world.active.has_stopped = true;
 }
 
 // Whether the manifolds say that the shapes touch, not merely that they are near.
@@ -29,62 +59,59 @@ bool is_touching(const Contact& c) {
 }  // namespace
 
 void wake_group(WorldData& world, std::uint32_t body) {
-    if (!world.bodies[body].asleep) {
-        world.bodies[body].rest_time = 0;
-        return;
-    }
-    const std::uint32_t group = world.bodies[body].sleep_group;
-    for (Body& b : world.bodies) {
-        if (!b.asleep || b.sleep_group != group) continue;
-        b.asleep = false;
-        b.rest_time = 0;
+    const auto begin_anew = [&](std::uint32_t i) {
+        if (i < world.rest.size()) world.rest[i] = RestState();
+    };
+    begin_anew(body);
+    for (std::uint32_t i = body; world.bodies[i].asleep; i = world.bodies[i].sleep_next) {
+        world.bodies[i].asleep = false;
+        begin_anew(i);
+        --world.active.sleeping;
+        activate(world, i);
     }
 }
 
+void wake_neighbours(WorldData& world, std::uint32_t body) {
+    world.active.contact_links.for_each(body, [&](std::uint32_t, std::uint32_t other) { wake_group(world, other); });
+}
+
 void wake_touched(WorldData& world) {
-    if (!world.settings.sleep) return;
+    if (world.active.sleeping == 0) return;
     for (bool changed = true; changed;) {  // a woken group may touch another
         changed = false;
-        for (const Contact& c : world.contacts.slots()) {
-            if (!c.alive || c.manifold_count == 0) continue;
-            const Body &a = world.bodies[c.body_a], &b = world.bodies[c.body_b];
-            if (a.asleep == b.asleep || !is_touching(c)) continue;
-            if (!is_moving(a.asleep ? b : a)) continue;
-            wake_group(world, a.asleep ? c.body_a : c.body_b);
+        refresh_active(world);
+        const auto wake = [&](std::uint32_t i, std::uint32_t k) {
+            const Body &a = world.bodies[i], &b = world.bodies[k];
+            if (a.asleep == b.asleep || !is_moving(a.asleep ? b : a)) return;
+            wake_group(world, a.asleep ? i : k);
             changed = true;
+        };
+        for (const std::uint32_t slot : world.active.contacts.numbers()) {
+            const auto [i, k] = world.active.contact_links.bodies(slot);
+            if (world.bodies[i].asleep != world.bodies[k].asleep && is_touching(world.contacts.slots()[slot])) wake(i, k);
         }
-        for (const Joint& j : world.joints) {
-            if (!j.alive || j.body_a == UINT32_MAX || j.body_b == UINT32_MAX) continue;
-            const Body &a = world.bodies[j.body_a], &b = world.bodies[j.body_b];
-            if (a.asleep == b.asleep || !is_moving(a.asleep ? b : a)) continue;
-            wake_group(world, a.asleep ? j.body_a : j.body_b);
-            changed = true;
+        for (const std::uint32_t joint : world.active.joints.numbers()) {
+            const auto [i, k] = world.active.joint_links.bodies(joint);
+            if (i != Links::kNoEnd && k != Links::kNoEnd) wake(i, k);
         }
     }
 }
 
 void put_to_sleep(WorldData& world, Real dt, StepReport& report) {
     if (!world.settings.sleep) return;
+    world.rest.resize(world.bodies.size());
     const IslandBuilder& islands = world.islands;
     for (int i = 0; i < islands.count(); ++i) {
         const IndexRange range = islands.bodies(i);
-        Real rested = kSleepTime;
+        bool rests[2] = {true, true};
         for (int k = range.begin; k < range.end; ++k) {
-            Body& b = world.bodies[islands.body_list()[k]];
-            b.rest_time = is_slow(b) ? b.rest_time + dt : 0;
-            rested = std::min(rested, b.rest_time);
+            const std::uint32_t body = islands.body_list()[k];
+            watch_rest(world.bodies[body], world.rest[body], dt);
+            for (int j = 0; j < 2; ++j) rests[j] &= world.rest[body].windows[j].time >= kRests[j].time;
         }
-        if (rested < kSleepTime) continue;
-        for (int k = range.begin; k < range.end; ++k) {
-            Body& b = world.bodies[islands.body_list()[k]];
-            b.asleep = true;
-            b.v.setZero();
-            b.w.setZero();
-            b.sleep_group = world.next_sleep_group;
-        }
-        ++world.next_sleep_group;
+        if (rests[0] || rests[1]) fall_asleep(world, range);
     }
-    for (const Body& b : world.bodies) report.sleeping_bodies += b.alive && b.asleep;
+    report.sleeping_bodies = world.active.sleeping;
     world.clock.lap(Phase::kSleep);
 }
 

@@ -124,6 +124,7 @@ SiIsland build_island(WorldData& world, int index, Real dt) {
     build_contact_blocks(world, dt, islands.item_list(IslandBuilder::kContact), contacts.begin, contacts.end, island);
     for (std::uint32_t body : world.kinematic_used) world.solver_index[body] = -1;
     world.kinematic_used.clear();
+    for (int k = bodies.begin; k < bodies.end; ++k) world.solver_index[islands.body_list()[k]] = -1;
     return island;
 }
 
@@ -219,7 +220,7 @@ void clear_rows(WorldData& world) {
     world.joint_pool.clear();
     world.block_sources.clear();
     for (auto& sources : world.joint_sources) sources.clear();
-    world.solver_index.assign(world.bodies.size(), -1);
+    world.solver_index.resize(world.bodies.size(), -1);
 }
 
 }  // namespace
@@ -240,18 +241,18 @@ int add_kinematic(WorldData& world, std::uint32_t body, SiIsland& island) {
 
 void build_islands(WorldData& world, StepReport& report) {
     IslandBuilder& islands = world.islands;
-    islands.begin(world.bodies.size());
+    refresh_active(world);
+    islands.begin(world.bodies.size(), world.active.bodies.numbers());
     const auto dynamic = [&](std::uint32_t body) { return body != UINT32_MAX && world.bodies[body].is_awake() ? body : UINT32_MAX; };
     const std::vector<Contact>& contacts = world.contacts.slots();
-    for (std::uint32_t k = 0; k < contacts.size(); ++k) {
+    for (const std::uint32_t k : world.active.contacts.numbers()) {
         const Contact& c = contacts[k];
-        if (!c.alive || c.manifold_count == 0) continue;
+        if (c.manifold_count == 0) continue;
         const std::uint32_t a = dynamic(c.body_a), b = dynamic(c.body_b);
         if (a != UINT32_MAX || b != UINT32_MAX) islands.add(a, b, IslandBuilder::kContact, k);
     }
-    for (std::uint32_t k = 0; k < world.joints.size(); ++k) {
+    for (const std::uint32_t k : world.active.joints.numbers()) {
         const Joint& j = world.joints[k];
-        if (!j.alive) continue;
         const std::uint32_t a = dynamic(j.body_a), b = dynamic(j.body_b);
         if (a != UINT32_MAX || b != UINT32_MAX) islands.add(a, b, IslandBuilder::kJoint, k);
     }

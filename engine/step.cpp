@@ -15,6 +15,7 @@ StepReport World::step(Real dt) noexcept {
         return report;
     }
     world.clock.start(world.settings.profile);
+    refresh_active(world);
     drive_kinematic_bodies(world, dt);
     update_pairs(world, dt, report);
     update_contacts(world, dt, report);

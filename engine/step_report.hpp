@@ -32,7 +32,7 @@ struct StepReport {
     std::uint64_t joint_sweeps = 0;        // passes over joint rows
     std::uint64_t contact_sweeps = 0;      // passes over contact rows
     std::uint64_t factorisations = 0;      // of the direct solver
-    Real max_penetration = 0;              // [m], deepest point at the start of the step
+    Real max_penetration = 0;              // [m], deepest point at the start of the step of what does not sleep
     Real residual = 0;                     // [m/s], largest velocity change of a row in the last sweep of any solve
     Real natural_residual = 0;             // [m/s], of the contacts of islands solved by the textbook's substep (solver/contact_models.hpp)
     const StepProfile* profile = nullptr;  // with WorldSettings::profile; the world's own, until its next step

@@ -17,9 +17,8 @@ void move_proxies(WorldData& world, const Body& body, Real dt) {
     const Vec3 way = dt * body.v;
     for (std::uint32_t s = body.shape_begin; s < body.shape_begin + body.shape_count; ++s) {
         ShapeRecord& record = world.shapes[s];
-        record.X_WS = X_WB * record.X_BS;
         if (record.proxy == kNoProxy || record.shape.type == ShapeType::kPlane) continue;
-        const Aabb tight = shape_aabb(record.shape, record.X_WS).swept(way).grown(reach_without_way(world, body, record, dt));
+        const Aabb tight = shape_aabb(record.shape, X_WB * record.X_BS).swept(way).grown(reach_without_way(world, body, record, dt));
         world.broad_phase.move(record.proxy, tight, way);
     }
 }
@@ -35,7 +34,10 @@ void begin_contact(WorldData& world, std::uint32_t shape_a, std::uint32_t shape_
     c.mu = std::sqrt(info_a.friction * info_b.friction);
     c.restitution = std::max(info_a.restitution, info_b.restitution);
     c.size = std::min(a.size, b.size);
-    world.contacts.add(c);
+    activate_contact(world, world.contacts.add(c));
+    // A support that has come, or has been put there.
+    if (world.bodies[a.body].type == BodyType::kStatic) wake_group(world, b.body);
+    if (world.bodies[b.body].type == BodyType::kStatic) wake_group(world, a.body);
 }
 
 }  // namespace
@@ -50,18 +52,24 @@ bool may_collide(const WorldData& world, std::uint32_t body_a, std::uint32_t bod
 void flush_broad_phase(WorldData& world) {
     const auto accept = [&](std::uint32_t s, std::uint32_t t) { return may_collide(world, world.shapes[s].body, world.shapes[t].body); };
     world.broad_phase.update_pairs(accept, world.begun, world.ended);
-    for (const ProxyPair& p : world.ended) world.contacts.remove(world.broad_phase.user(p.a), world.broad_phase.user(p.b));
+    for (const ProxyPair& p : world.ended) {
+        const std::uint32_t slot = world.contacts.find(world.broad_phase.user(p.a), world.broad_phase.user(p.b));
+        if (slot != PairMap::kNone) end_contact(world, slot);
+    }
     for (const ProxyPair& p : world.begun) begin_contact(world, world.broad_phase.user(p.a), world.broad_phase.user(p.b));
 }
 
 void update_pairs(WorldData& world, Real dt, StepReport& report) {
     const std::uint64_t moved_before = world.broad_phase.moved_count();
-    for (Body& body : world.bodies) {
-        if (!body.alive || !body.enabled) continue;
-        if (!body.moved && (body.asleep || body.type == BodyType::kStatic)) continue;
-        move_proxies(world, body, dt);
+    for (const std::uint32_t i : world.active.moved) {
+        Body& body = world.bodies[i];
+        if (body.moved && body.alive && body.enabled) move_proxies(world, body, dt);
         body.moved = false;
     }
+    world.active.moved.clear();
+    for (const std::uint32_t i : world.active.kinematic.numbers())
+        if (is_moving(world.bodies[i])) move_proxies(world, world.bodies[i], dt);
+    for (const std::uint32_t i : world.active.bodies.numbers()) move_proxies(world, world.bodies[i], dt);
     const std::uint64_t moved = world.broad_phase.moved_count() - moved_before;
     flush_broad_phase(world);
     report.pairs = static_cast<std::uint32_t>(world.contacts.size());

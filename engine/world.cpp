@@ -89,24 +89,24 @@ void World::set_state(BodyId id, const BodyState& s) {
         if (impl_->data.shapes[k].shape.type == ShapeType::kPlane)
             throw Error("state of body \"" + name(id) + "\": a body with a plane cannot be moved");
     wake_group(impl_->data, id.index);
+    wake_neighbours(impl_->data, id.index);
     b.X_WB = {s.rotation.normalized(), s.position};
     b.R = b.X_WB.q.toRotationMatrix();
     if (b.type != BodyType::kStatic) {
         b.v = s.linear_velocity;
         b.w = s.angular_velocity;
     }
-    b.moved = true;
-    if (b.type != BodyType::kStatic) return;
-    for (const Contact& c : impl_->data.contacts.slots())
-        if (c.alive && (c.body_a == id.index || c.body_b == id.index)) wake_group(impl_->data, c.body_a == id.index ? c.body_b : c.body_a);
+    mark_moved(impl_->data, id.index);
 }
 
 void World::set_force(BodyId id, const Vec3& force, const Vec3& torque) {
     Body& b = impl_->body(id);
     if (!is_finite(force) || !is_finite(torque)) throw Error("force on body \"" + name(id) + "\": must be finite");
     if (b.type != BodyType::kDynamic) throw Error("force on body \"" + name(id) + "\": must be a dynamic body");
+    if (b.force == force && b.torque == torque) return;
     b.force = force;
     b.torque = torque;
+    b.has_load = !(force.isZero(0) && torque.isZero(0));
     wake_group(impl_->data, id.index);
 }
 

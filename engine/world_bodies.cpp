@@ -138,7 +138,6 @@ void add_shapes(WorldData& world, std::uint32_t index, const std::vector<Shape>&
         record.body = index;
         record.index = i;
         record.X_BS = Transform(shapes[i].X_BS);
-        record.X_WS = body.transform() * record.X_BS;
         record.size = shape_size(shapes[i]);
         record.spin_radius = shapes[i].type == ShapeType::kSphere ? shapes[i].X_BS.p.norm() : shape_radius(shapes[i]);
         body.radius = std::max(body.radius, shape_radius(shapes[i]));
@@ -147,7 +146,8 @@ void add_shapes(WorldData& world, std::uint32_t index, const std::vector<Shape>&
             const Vec3 n = body.R * shapes[i].normal;
             record.proxy = world.broad_phase.add_plane(n, shapes[i].offset + n.dot(body.X_WB.p), body.shape_begin + i);
         } else {
-            record.proxy = world.broad_phase.add(shape_aabb(shapes[i], record.X_WS), body.type == BodyType::kStatic, body.shape_begin + i);
+            record.proxy = world.broad_phase.add(shape_aabb(shapes[i], body.transform() * record.X_BS), body.type == BodyType::kStatic,
+                                                 body.shape_begin + i);
         }
         world.shapes[body.shape_begin + i] = record;
     }
@@ -163,12 +163,10 @@ void remove_shapes(WorldData& world, std::uint32_t index) {
 
 // Ends the contacts of a body; those that slept on it wake.
 void remove_contacts(WorldData& world, std::uint32_t index) {
-    for (std::size_t k = 0; k < world.contacts.slots().size(); ++k) {
-        const Contact& c = world.contacts.slots()[k];
-        if (!c.alive || (c.body_a != index && c.body_b != index)) continue;
-        wake_group(world, c.body_a == index ? c.body_b : c.body_a);
-        world.contacts.remove(c.shape_a, c.shape_b);
-    }
+    world.active.contact_links.for_each(index, [&](std::uint32_t slot, std::uint32_t other) {
+        wake_group(world, other);
+        end_contact(world, slot);
+    });
 }
 
 }  // namespace
@@ -191,6 +189,7 @@ BodyId World::add_body(const BodyDef& def) {
         body.rotor = make_rotor_inertia(principal.moments, principal.R_BP);
         body.force = def.force;
         body.torque = def.torque;
+        body.has_load = !(def.force.isZero(0) && def.torque.isZero(0));
     } else if (def.type == BodyType::kStatic) {
         body.v.setZero();
         body.w.setZero();
@@ -224,6 +223,7 @@ BodyId World::add_body(const BodyDef& def) {
         world.info[index] = info;
     }
     add_shapes(world, index, def.shapes);
+    activate(world, index);
     return {index, info.generation};
 }
 
@@ -234,8 +234,10 @@ void World::remove_body(BodyId id) {
         const Joint& j = world.joints[k];
         if (j.alive && (j.body_a == id.index || j.body_b == id.index)) remove_joint({k, j.generation});
     }
+    wake_group(world, id.index);
     remove_contacts(world, id.index);
     remove_shapes(world, id.index);
+    world.active.has_stopped = true;
     flush_broad_phase(world);
     world.free_shape_blocks[body.shape_count].push_back(body.shape_begin);
     body.alive = false;
@@ -249,6 +251,7 @@ void World::remove_body(BodyId id) {
 void disable_body(WorldData& world, std::uint32_t index) {
     remove_contacts(world, index);
     remove_shapes(world, index);
+    world.active.has_stopped = true;
     Body& body = world.bodies[index];
     body.enabled = false;
     body.asleep = false;

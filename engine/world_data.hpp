@@ -3,6 +3,7 @@
 
 #include "collision/broad_phase.hpp"
 #include "collision/narrow_phase.hpp"
+#include "engine/active.hpp"
 #include "engine/choose_solver.hpp"
 #include "engine/contact_store.hpp"
 #include "engine/island.hpp"
@@ -15,31 +16,50 @@
 
 namespace cairn {
 
-// The part of a body that every step reads. Poses and velocities in World.
-struct Body {
+// The part of a body that steps read. Poses and velocities in World. What every step reads of a body that moves alone comes first and fills
+// whole cache lines, so that the rest stays out of the cache.
+struct alignas(64) Body {
     Pose X_WB;
-    Mat3 R = Mat3::Identity();  // of X_WB.q
-    Vec3 v = Vec3::Zero();
-    Vec3 w = Vec3::Zero();
-    Real inv_mass = 0;  // dynamic bodies only; else 0
-    Mat3 inv_inertia_B = Mat3::Zero();
-    RotorInertia rotor;
-    Vec3 force = Vec3::Zero();
-    Vec3 torque = Vec3::Zero();
-    Real radius = 0;                // [m], of the sphere about the origin that holds the shapes
-    Real rest_time = 0;             // [s], for how long it has been slow
-    std::uint32_t shape_begin = 0;  // its shapes in WorldData::shapes
-    std::uint32_t shape_count = 0;
     BodyType type = BodyType::kStatic;
     bool alive = true;
     bool enabled = true;
     bool asleep = false;
-    bool moved = true;              // its shapes have to be told to the broad phase even if it does not move by itself
+    bool moved = false;       // a caller put it somewhere: its shapes have to be told to the broad phase even if it does not move by itself
+    bool was_moving = false;  // kinematic: in the last step
+    bool has_load = false;    // force or torque is not zero
+    Vec3 v = Vec3::Zero();
+    Vec3 w = Vec3::Zero();
+    Real inv_mass = 0;          // dynamic bodies only; else 0
+    Real radius = 0;            // [m], of the sphere about the origin that holds the shapes
+    Mat3 R = Mat3::Identity();  // of X_WB.q
+    Mat3 inv_inertia_B = Mat3::Zero();
+    RotorInertia rotor;
+    Vec3 force = Vec3::Zero();
+    Vec3 torque = Vec3::Zero();
+    std::uint32_t shape_begin = 0;  // its shapes in WorldData::shapes
+    std::uint32_t shape_count = 0;
     std::uint32_t sleep_group = 0;  // bodies that fell asleep together wake together
+    std::uint32_t sleep_next = 0;   // the next one in the ring of its group
 
     bool is_dynamic() const { return type == BodyType::kDynamic && enabled; }
     bool is_awake() const { return type == BodyType::kDynamic && enabled && !asleep; }
     Transform transform() const { return {R, X_WB.p}; }
+};
+
+// Whether the body moves in this step or may: awake, or driven.
+inline bool is_moving(const Body& b) {
+    return b.is_awake() || (b.type == BodyType::kKinematic && b.enabled && !(b.v.isZero(0) && b.w.isZero(0)));
+}
+
+// For how long a body has stayed where it is, to within some distance.
+struct RestWindow {
+    Pose X_WB;      // where it was when the window began
+    Real time = 0;  // [s], since then
+};
+
+// Two windows, see sleep.cpp.
+struct RestState {
+    RestWindow windows[2];
 };
 
 // The part that steps rarely read.
@@ -64,7 +84,6 @@ struct ShapeRecord {
     std::uint32_t index = 0;  // among its body's shapes
     ProxyId proxy = kNoProxy;
     Transform X_BS;
-    Transform X_WS;
     Real size = 0;         // [m], smallest extent (planes and meshes: unbounded)
     Real spin_radius = 0;  // [m], how far the farthest point moves when the body turns by a radian
 };
@@ -98,12 +117,14 @@ struct WorldData {
     Real time = 0;
     std::vector<Body> bodies;
     std::vector<BodyInfo> info;
+    std::vector<RestState> rest;  // size of bodies; with WorldSettings::sleep
     std::vector<ShapeRecord> shapes;
     std::vector<Joint> joints;
     std::vector<std::uint32_t> free_bodies;
     std::vector<std::uint32_t> free_joints;
     std::unordered_map<std::uint32_t, std::vector<std::uint32_t>> free_shape_blocks;  // by their length
     BroadPhase broad_phase;
+    ActiveSets active;
     ContactStore contacts;
     std::unordered_map<std::uint64_t, int> jointed_pairs;  // body pairs whose joint keeps them from colliding
     std::uint32_t next_sleep_group = 1;
@@ -121,7 +142,7 @@ struct WorldData {
     RattleWorkspace rattle;
     std::vector<BlockSource> block_sources;
     std::vector<std::uint32_t> joint_sources[5];
-    std::vector<int> solver_index;  // body → index in solver_bodies, this island
+    std::vector<int> solver_index;  // body → index in solver_bodies, this island; else −1
     std::vector<std::uint32_t> kinematic_used;
     std::vector<std::pair<int, int>> island_pairs;
     PhaseClock clock;
@@ -129,7 +150,7 @@ struct WorldData {
 
 // External acceleration of a dynamic body [m/s²].
 inline Vec3 external_acceleration(const WorldData& world, const Body& body) {
-    return world.settings.gravity + body.inv_mass * body.force;
+    return body.has_load ? Vec3(world.settings.gravity + body.inv_mass * body.force) : world.settings.gravity;
 }
 
 // Stages of the step, in order; each fills its part of the report.
@@ -156,6 +177,8 @@ void store_contact_impulses(WorldData& world, const SiIsland& island);
 void accept_state(WorldData& world, std::uint32_t body, const Pose& pose, const Vec3& v, const Vec3& w, StepReport& report);
 void disable_body(WorldData& world, std::uint32_t body);
 void wake_group(WorldData& world, std::uint32_t body);
+// Wakes what has a contact with the body, touching or near.
+void wake_neighbours(WorldData& world, std::uint32_t body);
 
 // Relation of two bodies that may touch: at least one dynamic, not kept apart by a joint.
 bool may_collide(const WorldData& world, std::uint32_t body_a, std::uint32_t body_b);

@@ -9,7 +9,6 @@ void hash_body(Hasher& h, const Body& b, const BodyInfo& info) {
     h.add_word(info.generation);
     h.add(b.X_WB.p), h.add(b.X_WB.q), h.add(b.v), h.add(b.w);
     h.add(b.force), h.add(b.torque);
-    h.add(b.rest_time);
     h.add_word(b.sleep_group);
     for (const bool flag : {b.enabled, b.asleep, b.moved}) h.add_word(flag);
     h.add(b.inv_mass), h.add(b.inv_inertia_B);
@@ -69,6 +68,8 @@ std::uint64_t World::hash() const {
         h.add_word(b.alive);
         if (!b.alive) continue;
         hash_body(h, b, world.info[i]);
+        if (i < world.rest.size())
+            for (const RestWindow& window : world.rest[i].windows) h.add(window.X_WB.p), h.add(window.X_WB.q), h.add(window.time);
         hash_fat_boxes(h, world, b);
     }
     for (const Contact& c : world.contacts.slots()) {

@@ -101,13 +101,12 @@ JointId World::add_joint(const JointDef& def) {
     }
     for (std::uint32_t body : {joint.body_a, joint.body_b})
         if (body != UINT32_MAX) wake_group(world, body);
+    activate_joint(world, index);
     if (!def.collide_connected && !def.body_a.is_world() && !def.body_b.is_world()) {
         ++world.jointed_pairs[body_pair(joint.body_a, joint.body_b)];
-        for (std::size_t k = 0; k < world.contacts.slots().size(); ++k) {
-            const Contact& c = world.contacts.slots()[k];
-            if (c.alive && body_pair(c.body_a, c.body_b) == body_pair(joint.body_a, joint.body_b))
-                world.contacts.remove(c.shape_a, c.shape_b);
-        }
+        world.active.contact_links.for_each(joint.body_a, [&](std::uint32_t slot, std::uint32_t other) {
+            if (other == joint.body_b) end_contact(world, slot);
+        });
     }
     return {index, joint.generation};
 }
@@ -116,12 +115,13 @@ void World::remove_joint(JointId id) {
     WorldData& world = impl_->data;
     Joint& joint = impl_->joint(id);
     joint.alive = false;
+    end_joint(world, id.index);
     ++joint.generation;
     world.free_joints.push_back(id.index);
     for (std::uint32_t body : {joint.body_a, joint.body_b}) {
         if (body == UINT32_MAX) continue;
         wake_group(world, body);
-        world.bodies[body].moved = true;
+        mark_moved(world, body);
     }
     if (joint.collide_connected || joint.body_a == UINT32_MAX || joint.body_b == UINT32_MAX) return;
     const auto pair = world.jointed_pairs.find(body_pair(joint.body_a, joint.body_b));

@@ -3,6 +3,7 @@
 #include "tests/support/catch.hpp"
 
 #include <algorithm>
+#include <numeric>
 #include <random>
 
 using namespace cairn;
@@ -55,7 +56,9 @@ std::vector<Group> flood_fill(std::uint32_t bodies, const std::vector<Edge>& edg
 }
 
 std::vector<Group> build(IslandBuilder& builder, std::uint32_t bodies, const std::vector<Edge>& edges) {
-    builder.begin(bodies);
+    std::vector<std::uint32_t> awake(bodies);
+    std::iota(awake.begin(), awake.end(), 0u);
+    builder.begin(bodies, awake);
     for (const Edge& e : edges) builder.add(e.a, e.b, e.kind, e.item);
     builder.finish();
     std::vector<Group> out;
