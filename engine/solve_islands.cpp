@@ -192,7 +192,8 @@ bool solve_island(WorldData& world, int index, const SiIsland& island, Real dt, 
     }
     if (solver == SolverChoice::kSi) {
         if (!island.joints.empty()) build_joints(world.joint_pool, island.joints, world.solver_bodies);
-        solved.add(solve_island_si(world.solver_bodies, world.contact_pool, world.joint_pool, island, dt, si_settings(world.settings)));
+        solved.add(solve_island_si(world.solver_bodies, world.contact_pool, world.joint_pool, island, dt, si_settings(world.settings),
+                                   &world.wide_contacts));
     }
     scale_warm_impulses(world, island, static_cast<Real>(substeps) / world.settings.substeps);
     ++report.islands_of[static_cast<int>(solver)];

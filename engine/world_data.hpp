@@ -138,6 +138,7 @@ struct WorldData {
     IslandBuilder islands;
     SolverBodies solver_bodies;
     ContactPool contact_pool;
+    WideContacts wide_contacts;
     JointPool joint_pool;
     RattleWorkspace rattle;
     std::vector<BlockSource> block_sources;

@@ -8,6 +8,7 @@ namespace {
 
 void close_substep(SiContext& c) {
     if (c.has_joints) close_joint_substep(c.joints, c.island.joints);
+    if (c.wide) return c.wide->kernel().close(c.wide->view());
     if (c.has_contacts) close_contact_substep(c.contacts, c.island.contacts, FirstFriction::kHalf);
 }
 
@@ -18,14 +19,22 @@ void first_solve(SiContext& c) {
         warm_start_first(c.joints, c.island.joints, c.bodies);
         bias_joints(c.joints, c.island.joints, c.bodies, c.h, c.joint_soft.rate);
     }
-    if (c.has_contacts) warm_start_first(c.contacts, c.island.contacts, c.bodies);
+    if (c.wide) {
+        c.wide->kernel().start_first(c.wide->view(), c.h);
+    } else if (c.has_contacts) {
+        warm_start_first(c.contacts, c.island.contacts, c.bodies);
+    }
     iterate(
         c, c.settings.iterations, [&] { return sweep_joint_positions(c.joints, c.island.joints, c.bodies, c.joint_soft); },
-        [&] { return sweep_contact_gaps(c.contacts, c.island.contacts, c.bodies, c.h); });
+        [&] {
+            return c.wide ? c.wide->kernel().sweep_normals(c.wide->view())
+                          : sweep_contact_gaps(c.contacts, c.island.contacts, c.bodies, c.h);
+        });
 }
 
 // The pyramid is swept with the normals, a block at a time; other friction models after them.
 Real sweep_velocities(SiContext& c) {
+    if (c.wide) return c.wide->kernel().sweep_velocities(c.wide->view());
     const SiModel& model = c.settings.model;
     const bool pyramid = model.friction == FrictionModel::kPyramid || model.friction == FrictionModel::kPyramidFixed;
     const Real change = sweep_contact_velocities(c.contacts, c.island.contacts, c.bodies, pyramid);
@@ -35,7 +44,11 @@ Real sweep_velocities(SiContext& c) {
 void second_solve(SiContext& c) {
     kick(c.bodies, c.island.body_begin, c.island.dynamic_end, 0.5 * c.h);
     if (c.has_joints) warm_start_second(c.joints, c.island.joints, c.bodies);
-    if (c.has_contacts) warm_start_second(c.contacts, c.island.contacts, c.bodies);
+    if (c.wide) {
+        c.wide->kernel().start_second(c.wide->view());
+    } else if (c.has_contacts) {
+        warm_start_second(c.contacts, c.island.contacts, c.bodies);
+    }
     iterate(
         c, c.settings.iterations, [&] { return sweep_joint_velocities(c.joints, c.island.joints, c.bodies); },
         [&] { return sweep_velocities(c); });
@@ -48,6 +61,16 @@ void substep_split(SiContext& c) {
     second_solve(c);
 }
 
+// Whether the contacts are solved four blocks at a time: the default substep with its friction, without bounces, and blocks enough side by
+// side.
+bool goes_wide(const SiContext& c, WideContacts* wide) {
+    const SiModel& model = c.settings.model;
+    return wide && c.has_contacts && !c.island.has_bounce && c.settings.stabilisation == SiStabilisation::kSplit && !model.is_textbook() &&
+           (model.friction == FrictionModel::kPyramid || model.friction == FrictionModel::kPyramidFixed ||
+            model.friction == FrictionModel::kNone) &&
+           wide->plan(c.contacts, c.island.contacts, c.island.body_begin, c.island.dynamic_end);
+}
+
 }  // namespace
 
 void move_bodies(SiContext& c) {
@@ -57,19 +80,27 @@ void move_bodies(SiContext& c) {
 
 void rebuild_rows(SiContext& c) {
     if (c.has_joints) build_joints(c.joints, c.island.joints, c.bodies);
-    if (c.has_contacts) advance_blocks(c.contacts, c.island.contacts, c.bodies, c.h, c.settings.rebuild_angle);
+    if (c.wide) {
+        c.wide->copy_poses(c.bodies, c.island.body_begin, c.island.body_end);
+        c.wide->kernel().advance(c.wide->view(), c.h, c.settings.rebuild_angle);
+    } else if (c.has_contacts) {
+        advance_blocks(c.contacts, c.island.contacts, c.bodies, c.h, c.settings.rebuild_angle);
+    }
 }
 
 void pushed_drift(SiContext& c) {
     const int begin = c.island.body_begin, end = c.island.dynamic_end;
+    const bool narrow = c.has_contacts && !c.wide;
     if (c.has_joints) hold_joints(c.joints, c.island.joints);
-    if (c.has_contacts) hold_contacts(c.contacts, c.island.contacts, c.bodies);
+    if (c.wide) c.wide->kernel().hold(c.wide->view(), c.h, c.settings.contact_push);
+    if (narrow) hold_contacts(c.contacts, c.island.contacts, c.bodies);
     begin_push(c.bodies, begin, end);
-    if (c.has_contacts) push_contacts(c.contacts, c.island.contacts, c.bodies, c.h, c.settings.contact_push);
+    if (c.wide) c.wide->kernel().sweep_normals(c.wide->view());
+    if (narrow) push_contacts(c.contacts, c.island.contacts, c.bodies, c.h, c.settings.contact_push);
     measure_push(c.bodies, begin, end);
     move_bodies(c);
     rebuild_rows(c);
-    if (c.has_contacts) release_contacts(c.contacts, c.island.contacts);
+    if (narrow) release_contacts(c.contacts, c.island.contacts);
     end_push(c.bodies, begin, end);
 }
 
@@ -82,7 +113,7 @@ void SiReport::add(const SiReport& r) {
 }
 
 SiReport solve_island_si(SolverBodies& bodies, ContactPool& contacts, JointPool& joints, const SiIsland& island, Real dt,
-                         const SiSettings& settings) {
+                         const SiSettings& settings, WideContacts* wide) {
     SiContext c{bodies,
                 contacts,
                 joints,
@@ -96,9 +127,14 @@ SiReport solve_island_si(SolverBodies& bodies, ContactPool& contacts, JointPool&
     // A joint alone is solved by one sweep and may be rigid; joints that have to agree with others by sweeps may not.
     if (!c.has_contacts && island.joints.count() == 1) c.joint_soft = {};
     bodies.push.resize(bodies.velocity.size());
+    if (goes_wide(c, wide)) {
+        c.wide = wide;
+        wide->pack(contacts, bodies);
+    }
     for (int k = 0; k < settings.substeps; ++k) {
         if (!settings.model.warm_start) {
             scale_warm_start(contacts, island.contacts, 0);
+            if (c.wide) c.wide->forget_warm_start();
             scale_warm_start(joints, island.joints, 0);
         }
         if (settings.stabilisation == SiStabilisation::kSplit && !settings.model.is_textbook()) {
@@ -108,6 +144,7 @@ SiReport solve_island_si(SolverBodies& bodies, ContactPool& contacts, JointPool&
         }
         close_substep(c);
     }
+    if (c.wide) wide->unpack(contacts);
     return c.report;
 }
 

@@ -17,6 +17,7 @@
 #include "solver/contact_rows.hpp"
 #include "solver/joint_rows.hpp"
 #include "solver/si_model.hpp"
+#include "solver/wide_contacts.hpp"
 
 namespace cairn {
 
@@ -57,8 +58,9 @@ struct SiReport {
     void add(const SiReport& r);
 };
 
-// Steps one island by dt. Rows must be built and warm impulses set (those of one substep); totals are filled.
+// Steps one island by dt. Rows must be built and warm impulses set (those of one substep); totals are filled. `wide` is memory for islands
+// of many contacts, which the default substep sweeps four blocks at a time; null: one at a time, with the same result.
 SiReport solve_island_si(SolverBodies& bodies, ContactPool& contacts, JointPool& joints, const SiIsland& island, Real dt,
-                         const SiSettings& settings);
+                         const SiSettings& settings, WideContacts* wide = nullptr);
 
 }  // namespace cairn

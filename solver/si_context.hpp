@@ -19,6 +19,7 @@ struct SiContext {
     bool has_joints;
     Softness joint_soft;
     SiReport report;
+    WideContacts* wide = nullptr;  // takes the contacts' stages of the default substep, where that pays
 };
 
 // Sweeps joints and contacts, in the model's order, until no row changes its velocity by more than the tolerance or `most` sweeps are done.

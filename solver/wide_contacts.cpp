@@ -1,0 +1,244 @@
+#include "solver/wide_contacts.hpp"
+
+#include <algorithm>
+
+namespace cairn {
+namespace {
+
+// Fewer blocks, or fewer blocks per batch, do not pay for the copies.
+constexpr int kFewestBlocks = 24;
+constexpr double kFewestLanes = 2;
+
+static_assert(sizeof(BodyVelocity) == 6 * sizeof(double), "wide kernels read (v, w) as six doubles");
+
+template <typename T>
+void grow(std::vector<T>& v, std::size_t size) {
+    if (v.size() < size) v.resize(size);
+}
+
+void set(WideVec& w, int lane, const Vec3& v) {
+    w.x.lane[lane] = v.x();
+    w.y.lane[lane] = v.y();
+    w.z.lane[lane] = v.z();
+}
+
+Vec3 get(const WideVec& w, int lane) {
+    return {w.x.lane[lane], w.y.lane[lane], w.z.lane[lane]};
+}
+
+void set(WideRow& w, int lane, const PointRow& row) {
+    set(w.ang_a, lane, row.ang_a);
+    set(w.ang_b, lane, row.ang_b);
+    set(w.iang_a, lane, row.iang_a);
+    set(w.iang_b, lane, row.iang_b);
+    w.mass.lane[lane] = row.mass;
+}
+
+void copy_column(double* to, const Mat3& m, int column) {
+    for (int i = 0; i < 3; ++i) to[i] = m(i, column);
+}
+
+}  // namespace
+
+bool WideContacts::plan(const ContactPool& pool, BlockRange range, int body_begin, int body_end) {
+    const int count = range.end - range.begin;
+    if (count < kFewestBlocks) return false;
+    grow(level_, count);
+    grow(order_, count);
+    next_level_.assign(body_end - body_begin, 0);
+    int levels = 0;
+    for (int k = 0; k < count; ++k) {
+        const ContactBlock& block = pool.blocks[range.begin + k];
+        int level = 0;
+        if (block.inv_mass_a > 0) level = next_level_[block.a - body_begin];
+        if (block.inv_mass_b > 0) level = std::max(level, next_level_[block.b - body_begin]);
+        level_[k] = level;
+        if (block.inv_mass_a > 0) next_level_[block.a - body_begin] = level + 1;
+        if (block.inv_mass_b > 0) next_level_[block.b - body_begin] = level + 1;
+        levels = std::max(levels, level + 1);
+    }
+    if (levels * kFewestLanes > count) return false;
+    // By level, then by the number of points, so that a batch has few points that stand for nothing.
+    constexpr int kCounts = 4;
+    const auto slot = [&](int k) { return level_[k] * kCounts + kCounts - pool.blocks[range.begin + k].count; };
+    slots_.assign(levels * kCounts + 1, 0);
+    for (int k = 0; k < count; ++k) ++slots_[slot(k) + 1];
+    for (std::size_t i = 1; i < slots_.size(); ++i) slots_[i] += slots_[i - 1];
+    batch_begin_.clear();
+    for (int level = 0; level < levels; ++level)
+        for (int k = slots_[level * kCounts]; k < slots_[(level + 1) * kCounts]; k += kLanes) batch_begin_.push_back(k);
+    batch_begin_.push_back(count);
+    for (int k = 0; k < count; ++k) order_[slots_[slot(k)]++] = range.begin + k;
+    return batch_count() * kFewestLanes <= count;
+}
+
+std::vector<int> WideContacts::blocks_of(int batch) const {
+    return {order_.begin() + batch_begin_[batch], order_.begin() + batch_begin_[batch + 1]};
+}
+
+void WideContacts::pack(const ContactPool& pool, SolverBodies& bodies) {
+    const int batches = batch_count();
+    grow(batches_, batches);
+    grow(builds_, batches);
+    int points = 0, frictions = 0;
+    for (int k = 0; k < batches; ++k) {
+        WideBatch& batch = batches_[k];
+        batch.first = points;
+        batch.count = 0;
+        bool rubs = false;
+        for (int i = batch_begin_[k]; i < batch_begin_[k + 1]; ++i) {
+            const ContactBlock& block = pool.blocks[order_[i]];
+            batch.count = std::max(batch.count, block.count);
+            rubs |= block.friction >= 0;
+        }
+        batch.friction = rubs ? frictions : -1;
+        points += batch.count;
+        if (rubs) frictions += 2 * batch.count;
+    }
+    grow(normals_, points);
+    grow(points_, points);
+    grow(warm_, points);
+    grow(total_, points);
+    grow(normal_impulse_, points);
+    grow(normal_held_, points);
+    grow(frictions_, frictions);
+    grow(friction_impulse_, frictions);
+    grow(friction_held_, frictions);
+    for (int k = 0; k < batches; ++k) pack_batch(pool, k);
+    grow(poses_, bodies.motion.size());
+    copy_poses(bodies, kImmovable, kImmovable + 1);
+    view_ = {batches,
+             batches_.data(),
+             builds_.data(),
+             normals_.data(),
+             frictions_.data(),
+             points_.data(),
+             normal_impulse_.data(),
+             friction_impulse_.data(),
+             normal_held_.data(),
+             friction_held_.data(),
+             warm_.data(),
+             total_.data(),
+             bodies.velocity.data()->v.data(),
+             poses_.data()};
+}
+
+void WideContacts::pack_batch(const ContactPool& pool, int k) {
+    // Lanes without a block, and points that a lane does not have, are zero.
+    const WideBatch shape = batches_[k];
+    WideBatch& batch = batches_[k] = {};
+    WideBatchBuild& build = builds_[k] = {};
+    batch.first = shape.first;
+    batch.count = shape.count;
+    batch.friction = shape.friction;
+    for (int p = batch.first; p < batch.first + batch.count; ++p) {
+        normals_[p] = {};
+        points_[p] = {};
+        warm_[p] = {};
+        total_[p] = {};
+    }
+    for (int f = batch.friction; batch.friction >= 0 && f < batch.friction + 2 * batch.count; ++f) {
+        frictions_[f] = {};
+        friction_held_[f] = friction_impulse_[f] = {};
+    }
+    for (int l = 0; l < kLanes; ++l) batch.a[l] = batch.b[l] = kImmovable;
+    for (int l = 0; l < batch_begin_[k + 1] - batch_begin_[k]; ++l) {
+        const ContactBlock& block = pool.blocks[order_[batch_begin_[k] + l]];
+        batch.a[l] = block.a;
+        batch.b[l] = block.b;
+        batch.moves_a |= static_cast<unsigned>(block.inv_mass_a > 0) << l;
+        batch.moves_b |= static_cast<unsigned>(block.inv_mass_b > 0) << l;
+        set(batch.n, l, block.n);
+        batch.inv_mass_sum.lane[l] = block.inv_mass_sum;
+        batch.share_a.lane[l] = block.share_a;
+        batch.share_b.lane[l] = block.share_b;
+        batch.mu.lane[l] = block.friction >= 0 ? block.mu : 0;
+        batch.max_inv_mass.lane[l] = block.max_inv_mass;
+        set(build.n_local, l, block.n_local);
+        build.turns_with_a.lane[l] = block.frame == NormalFrame::kA;
+        build.turns_with_b.lane[l] = block.frame == NormalFrame::kB;
+        build.built_turn_a.lane[l] = block.built_turn_a;
+        build.built_turn_b.lane[l] = block.built_turn_b;
+        for (int i = 0; i < block.count; ++i) pack_point(pool, block, i, batch, l);
+    }
+}
+
+void WideContacts::pack_point(const ContactPool& pool, const ContactBlock& block, int i, const WideBatch& batch, int lane) {
+    const NormalRow& row = pool.normals[block.first + i];
+    const PointGeometry& geometry = pool.geometry[block.first + i];
+    const WarmImpulse& warm = pool.warm[block.first + i];
+    const int p = batch.first + i;
+    set(normals_[p], lane, row);
+    WidePoint& point = points_[p];
+    set(point.core_a, lane, geometry.core_a_A);
+    set(point.core_b, lane, geometry.core_b_B);
+    point.radius_a.lane[lane] = geometry.radius_a;
+    point.radius_b.lane[lane] = geometry.radius_b;
+    point.is_used.lane[lane] = 1;
+    point.separation.lane[lane] = row.separation;
+    point.curvature.lane[lane] = row.curvature;
+    WideWarm& w = warm_[p];
+    w.position.lane[lane] = warm.position;
+    w.velocity.lane[lane] = warm.velocity;
+    const bool rubs = warm.friction[0] != 0 || warm.friction[1] != 0;
+    for (int j = 0; j < 2 && block.friction >= 0; ++j) {
+        const FrictionRow& friction = pool.frictions[block.friction + 2 * i + j];
+        set(frictions_[batch.friction + 2 * i + j], lane, friction);
+        set(frictions_[batch.friction + 2 * i + j].t, lane, friction.t);
+        w.friction[j].lane[lane] = warm.friction[j];
+        w.friction_first[j].lane[lane] = rubs ? warm.friction_first[j] : 0;
+    }
+}
+
+void WideContacts::unpack(ContactPool& pool) const {
+    for (int k = 0; k < batch_count(); ++k) {
+        const WideBatch& batch = batches_[k];
+        for (int l = 0; l < batch_begin_[k + 1] - batch_begin_[k]; ++l) {
+            const ContactBlock& block = pool.blocks[order_[batch_begin_[k] + l]];
+            for (int i = 0; i < block.count; ++i) {
+                WarmImpulse& warm = pool.warm[block.first + i];
+                PointImpulse& total = pool.total[block.first + i];
+                const int p = batch.first + i;
+                warm.position = warm_[p].position.lane[l];
+                warm.velocity = warm_[p].velocity.lane[l];
+                total.normal += total_[p].normal.lane[l];
+                for (int j = 0; j < 2 && block.friction >= 0; ++j) {
+                    warm.friction[j] = warm_[p].friction[j].lane[l];
+                    warm.friction_first[j] = warm_[p].friction_first[j].lane[l];
+                    total.friction[j] += total_[p].friction[j].lane[l];
+                    pool.frictions[block.friction + 2 * i + j].t = get(frictions_[batch.friction + 2 * i + j].t, l);
+                }
+            }
+        }
+    }
+}
+
+void WideContacts::forget_warm_start() {
+    std::fill(warm_.begin(), warm_.end(), WideWarm{});
+}
+
+void WideContacts::copy_poses(const SolverBodies& bodies, int begin, int end) {
+    for (int i = begin; i < end; ++i) {
+        const BodyMotion& m = bodies.motion[i];
+        WidePose& pose = poses_[i];
+        for (int j = 0; j < 3; ++j) pose.x[j] = m.x[j];
+        pose.inv_mass = m.inv_mass;
+        pose.turned = m.turned;
+        copy_column(pose.R0, m.R, 0);
+        copy_column(pose.R1, m.R, 1);
+        copy_column(pose.R2, m.R, 2);
+        copy_column(pose.I0, m.inv_inertia_W, 0);
+        copy_column(pose.I1, m.inv_inertia_W, 1);
+        copy_column(pose.I2, m.inv_inertia_W, 2);
+    }
+}
+
+const WideKernel& best_wide_kernel() {
+#if defined(__x86_64__)
+    static const bool has_avx2 = __builtin_cpu_supports("avx2");
+    if (has_avx2) return kAvx2WideKernel;
+#endif
+    return kPortableWideKernel;
+}
+
+}  // namespace cairn

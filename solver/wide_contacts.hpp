@@ -1,0 +1,71 @@
+// Contact rows of large islands, four blocks at a time.
+//
+// A row visit waits for the one before it, whatever the width of its vectors; blocks that share no dynamic body need not wait for each
+// other. Blocks are put into levels, one above the highest level of an earlier block that shares a dynamic body with them (the graph of
+// what waits for what; list scheduling), and batches of four are cut from each level. Every block still comes after the earlier ones that
+// it shares a body with, so the result of a sweep is that of the sequential one to the last bit, with any number of lanes: the order that
+// carries loads (from the ground up) stays.
+//
+// Rows with restitution stay with the sequential kernels: large islands hardly have any.
+//
+// plan → pack → the kernel's stages → unpack; all lengths and signs as in contact_rows.hpp. Memory is kept from step to step.
+#pragma once
+
+#include "solver/contact_rows.hpp"
+#include "solver/wide_data.hpp"
+
+#include <vector>
+
+namespace cairn {
+
+// The fastest kernel of this processor.
+const WideKernel& best_wide_kernel();
+
+class WideContacts {
+public:
+    explicit WideContacts(const WideKernel& kernel = best_wide_kernel()) : kernel_(&kernel) {}
+
+    // Groups the blocks of `range`, whose dynamic bodies are those of [body_begin, body_end). False: too little goes side by side to pay.
+    bool plan(const ContactPool& pool, BlockRange range, int body_begin, int body_end);
+
+    // Copies rows and warm impulses of the planned blocks; totals start at 0.
+    void pack(const ContactPool& pool, SolverBodies& bodies);
+    // Copies warm impulses, totals and tangents back.
+    void unpack(ContactPool& pool) const;
+
+    // The next substep starts from no impulse.
+    void forget_warm_start();
+
+    // Copies the poses of bodies [begin, end), for rows to be built at.
+    void copy_poses(const SolverBodies& bodies, int begin, int end);
+
+    const WideKernel& kernel() const { return *kernel_; }
+    const WideView& view() const { return view_; }
+
+    int batch_count() const { return static_cast<int>(batch_begin_.size()) - 1; }
+    // The planned blocks of a batch, at most kLanes, in the pool's numbers.
+    std::vector<int> blocks_of(int batch) const;
+
+private:
+    void pack_batch(const ContactPool& pool, int batch);
+    void pack_point(const ContactPool& pool, const ContactBlock& block, int i, const WideBatch& batch, int lane);
+
+    const WideKernel* kernel_;
+    WideView view_{};
+    std::vector<int> order_;        // blocks by level
+    std::vector<int> batch_begin_;  // size batches + 1, in order_
+    std::vector<int> level_;        // of a block
+    std::vector<int> next_level_;   // of a body: the first level that may touch it again
+    std::vector<int> slots_;        // scratch of the sort
+    std::vector<WideBatch> batches_;
+    std::vector<WideBatchBuild> builds_;
+    std::vector<WideNormal> normals_;
+    std::vector<WideFriction> frictions_;
+    std::vector<WidePoint> points_;
+    std::vector<Wide> normal_impulse_, friction_impulse_, normal_held_, friction_held_;
+    std::vector<WideWarm> warm_;
+    std::vector<WideImpulse> total_;
+    std::vector<WidePose> poses_;
+};
+
+}  // namespace cairn

@@ -1,0 +1,10 @@
+// The wide kernels for every processor: on x86-64 with SSE2.
+#define CAIRN_WIDE_SET portable
+#include "solver/wide_build.hpp"
+
+namespace cairn {
+
+const WideKernel kPortableWideKernel = {"portable",     portable::start_first, portable::sweep_normals, portable::sweep_velocities,
+                                        portable::hold, portable::advance,     portable::start_second,  portable::close};
+
+}  // namespace cairn

@@ -1,0 +1,188 @@
+// Contacts four blocks at a time: the same bits as one at a time.
+#include "solver/wide_contacts.hpp"
+
+#include "tests/support/catch.hpp"
+#include "tests/unit/solver/solver_support.hpp"
+
+#include <algorithm>
+#include <set>
+
+using namespace cairn;
+using namespace cairn::solver_test;
+
+namespace {
+
+std::vector<const WideKernel*> kernels() {
+    std::vector<const WideKernel*> list = {&kPortableWideKernel};
+    if (&best_wide_kernel() != list[0]) list.push_back(&best_wide_kernel());
+    return list;
+}
+
+void add_random_contact(Random& random, Island& island, int a, int b) {
+    const Vec3 n = random_direction(random);
+    const NormalFrame frame = std::array{NormalFrame::kWorld, NormalFrame::kA, NormalFrame::kB}[random() % 3];
+    std::vector<PointGeometry> points(1 + random() % 4);
+    for (PointGeometry& g : points) {
+        // Cores so far apart that the gap is between −0.02 m and 0.02 m.
+        const Vec3 p = random_vector(random), gap = uniform(random, -0.02, 0.02) * n;
+        g.radius_a = uniform(random, 0, 0.2);
+        g.radius_b = uniform(random, 0, 0.2);
+        const BodyMotion &A = island.bodies.motion[a], &B = island.bodies.motion[b];
+        g.core_a_A = A.R.transpose() * (p + gap + g.radius_a * n - A.x);
+        g.core_b_B = B.R.transpose() * (p - g.radius_b * n - B.x);
+    }
+    island.add_contact(a, b, n, frame, points, random() % 8 == 0 ? 0 : uniform(random, 0.1, 1));
+    for (int i = 0; i < static_cast<int>(points.size()); ++i) {
+        WarmImpulse& warm = island.contacts.warm[island.contacts.blocks.back().first + i];
+        if (random() % 3 == 0) continue;
+        warm.position = uniform(random, 0, 0.01);
+        warm.velocity = uniform(random, -0.005, 0.01);
+        if (island.contacts.blocks.back().friction < 0) continue;
+        for (int j = 0; j < 2; ++j) {
+            warm.friction[j] = uniform(random, -0.002, 0.002);
+            warm.friction_first[j] = 0.5 * warm.friction[j];
+        }
+    }
+}
+
+// Random contacts between random bodies; the ground and one kinematic body touch many. Some bodies turn so slowly that rows are kept.
+Island random_island(Random& random, int body_count, int contact_count) {
+    Island island;
+    for (int i = 0; i < body_count; ++i) {
+        const BodyVelocity u = {random_vector(random), random_vector(random, random() % 2 ? 3 : 0.01)};
+        BodyMotion m = random_body(random);
+        m.acceleration = Vec3(0, 0, -9.81);
+        island.add_body(m, u);
+    }
+    const int dynamic_end = island.bodies.size();
+    const int belt = island.add_body(immovable_body(Vec3::Zero(), Quat::Identity()), {Vec3::UnitX(), Vec3::UnitZ()});
+    island.range.dynamic_end = dynamic_end;
+    for (int k = 0; k < contact_count; ++k) {
+        const int a = 1 + static_cast<int>(random() % body_count);
+        int b = static_cast<int>(random() % (body_count + 1));
+        if (k % 8 == 0) b = belt;
+        if (a == b) b = 0;
+        if (k % 2) {
+            add_random_contact(random, island, a, b);
+        } else {
+            add_random_contact(random, island, b, a);
+        }
+    }
+    return island;
+}
+
+bool same(const Vec3& a, const Vec3& b) {
+    return a.x() == b.x() && a.y() == b.y() && a.z() == b.z();
+}
+
+// How many bodies, points and rows of the two differ in any number.
+int differences(const Island& p, const Island& q) {
+    int count = 0;
+    for (int i = 0; i < p.bodies.size(); ++i) {
+        const BodyMotion &a = p.bodies.motion[i], &b = q.bodies.motion[i];
+        const BodyVelocity &u = p.bodies.velocity[i], &w = q.bodies.velocity[i];
+        count += !(same(a.x, b.x) && a.q.coeffs() == b.q.coeffs() && same(u.v, w.v) && same(u.w, w.w));
+    }
+    for (std::size_t i = 0; i < p.contacts.normals.size(); ++i) {
+        const WarmImpulse &a = p.contacts.warm[i], &b = q.contacts.warm[i];
+        const PointImpulse &c = p.contacts.total[i], &d = q.contacts.total[i];
+        bool equal = a.position == b.position && a.velocity == b.velocity && c.normal == d.normal;
+        for (int j = 0; j < 2; ++j)
+            equal = equal && a.friction[j] == b.friction[j] && a.friction_first[j] == b.friction_first[j] && c.friction[j] == d.friction[j];
+        count += !equal;
+    }
+    for (std::size_t i = 0; i < p.contacts.frictions.size(); i += 2) count += !same(p.contacts.frictions[i].t, q.contacts.frictions[i].t);
+    return count;
+}
+
+bool share_dynamic_body(const ContactBlock& p, const ContactBlock& q) {
+    const auto touches = [&](int body, Real inv_mass) { return inv_mass > 0 && (body == q.a || body == q.b); };
+    return touches(p.a, p.inv_mass_a) || touches(p.b, p.inv_mass_b);
+}
+
+// The batch of each block.
+std::vector<int> batches_of_blocks(const WideContacts& wide, int blocks) {
+    std::vector<int> batch(blocks, -1);
+    for (int k = 0; k < wide.batch_count(); ++k)
+        for (const int block : wide.blocks_of(k)) {
+            CHECK(batch[block] == -1);
+            batch[block] = k;
+        }
+    return batch;
+}
+
+bool plan(WideContacts& wide, const Island& island) {
+    return wide.plan(island.contacts, island.range.contacts, island.range.body_begin, island.range.dynamic_end);
+}
+
+}  // namespace
+
+TEST_CASE("contacts solved four blocks at a time give the bits of contacts solved one at a time") {
+    const unsigned seed = GENERATE(range(1u, 9u));
+    CAPTURE(seed);
+    Random random(seed);
+    const Island start = random_island(random, 60, 40 + 30 * static_cast<int>(seed));
+    SiSettings settings;
+    settings.iterations = 1 + static_cast<int>(seed % 3);
+    settings.residual_tolerance = seed % 2 ? 0 : 1e-4;
+    settings.model.warm_start = seed % 4 != 0;
+    for (const WideKernel* kernel : kernels()) {
+        CAPTURE(kernel->name);
+        Island narrow = start, wide = start;
+        WideContacts memory(*kernel);
+        REQUIRE(plan(memory, wide));
+        for (int k = 0; k < 3; ++k) {
+            const SiReport a = narrow.step(1.0 / 60, settings), b = wide.step(1.0 / 60, settings, &memory);
+            CHECK(a.residual == b.residual);
+            CHECK(a.contact_sweeps == b.contact_sweeps);
+            CHECK(differences(narrow, wide) == 0);
+            // The next step's rows: the wide solve leaves the pool's as they were.
+            for (Island* island : {&narrow, &wide})
+                for (ContactBlock& block : island->contacts.blocks) build_block(island->contacts, block, island->bodies);
+        }
+        CHECK(differences(start, wide) > 100);  // it is not that nothing happens
+    }
+}
+
+TEST_CASE("contacts of one island after another, smaller one leave nothing of it") {
+    Random random(11);
+    const Island big = random_island(random, 60, 300), small = random_island(random, 40, 60);
+    WideContacts fresh, used;
+    Island first = big, a = small, b = small;
+    first.step(1.0 / 60, {}, &used);
+    a.step(1.0 / 60, {}, &fresh);
+    b.step(1.0 / 60, {}, &used);
+    REQUIRE(plan(fresh, small));
+    CHECK(differences(a, b) == 0);
+}
+
+TEST_CASE("blocks of a batch share no dynamic body, and blocks that share one keep their order") {
+    const unsigned seed = GENERATE(range(1u, 6u));
+    CAPTURE(seed);
+    Random random(seed);
+    const Island island = random_island(random, 50, 200);
+    WideContacts wide;
+    REQUIRE(plan(wide, island));
+    const std::vector<ContactBlock>& blocks = island.contacts.blocks;
+    const int count = static_cast<int>(blocks.size());
+    const std::vector<int> batch = batches_of_blocks(wide, count);
+    CHECK(std::count(batch.begin(), batch.end(), -1) == 0);
+    int misplaced = 0;
+    for (int k = 0; k < count; ++k)
+        for (int l = k + 1; l < count; ++l) misplaced += share_dynamic_body(blocks[k], blocks[l]) && batch[k] >= batch[l];
+    CHECK(misplaced == 0);
+    for (int k = 0; k < wide.batch_count(); ++k) CHECK(wide.blocks_of(k).size() <= kLanes);
+
+    WideContacts again;
+    REQUIRE(plan(again, island));
+    CHECK(batches_of_blocks(again, count) == batch);
+}
+
+TEST_CASE("a chain of contacts, each of which waits for the one below, is not batched") {
+    Random random(3);
+    Island island;
+    for (int i = 0; i < 60; ++i) island.add_body(random_body(random), {});
+    for (int i = 1; i < 60; ++i) add_random_contact(random, island, i, i - 1);
+    WideContacts wide;
+    CHECK_FALSE(plan(wide, island));
+}
