@@ -68,6 +68,7 @@ bool has_friction(const WorldData& world, const Contact& c) {
 void build_manifold(WorldData& world, Real dt, const Contact& c, CachedManifold& m, const SolverBody& a, const SolverBody& b,
                     SiIsland& island) {
     ContactPool& pool = world.contact_pool;
+    pool.make_room(m.count, 2 * m.count);
     ContactBlock block;
     block.a = a.index;
     block.b = b.index;
@@ -98,12 +99,11 @@ void build_manifold(WorldData& world, Real dt, const Contact& c, CachedManifold&
         const CachedPoint& p = m.points[i];
         const PointGeometry g{a.X_SB * p.core_a_A, b.X_SB * p.core_b_B, p.radius_a, p.radius_b};
         pool.geometry[block.first + i] = g;
-        pool.normals[block.first + i] = {};
         if (block.friction < 0) continue;
         const Vec3 slip = slip_velocity(world.solver_bodies, block, X_WA * g.core_a_A - g.radius_a * m.n);
         pool.frictions[block.friction + 2 * i].t = model_tangent(friction, m.n, slip, pull.tangential, pull.scale, p.t1);
     }
-    build_block(pool, block, world.solver_bodies);
+    orient_block(pool, block, world.solver_bodies);
     for (int i = 0; i < m.count; ++i) {
         CachedPoint& p = m.points[i];
         WarmImpulse& warm = pool.warm[block.first + i];
@@ -117,8 +117,6 @@ void build_manifold(WorldData& world, Real dt, const Contact& c, CachedManifold&
             }
             p.t1 = rows[0].t;
         }
-        pool.impulse[block.first + i] = {};
-        pool.total[block.first + i] = {};
     }
     pool.blocks.push_back(block);
 }
@@ -126,15 +124,6 @@ void build_manifold(WorldData& world, Real dt, const Contact& c, CachedManifold&
 }  // namespace
 
 void build_contact_blocks(WorldData& world, Real dt, const std::vector<std::uint32_t>& order, int begin, int end, SiIsland& island) {
-    std::size_t points = 0, frictions = 0;
-    for (int k = begin; k < end; ++k) {
-        const Contact& c = world.contacts.slots()[order[k]];
-        for (int i = 0; i < c.manifold_count; ++i) {
-            points += c.manifold(i).count;
-            if (has_friction(world, c)) frictions += 2 * c.manifold(i).count;
-        }
-    }
-    world.contact_pool.make_room(points, frictions);
     for (int k = begin; k < end; ++k) {
         Contact& c = world.contacts.slots()[order[k]];
         const SolverBody a = solver_body(world, c.body_a, island), b = solver_body(world, c.body_b, island);

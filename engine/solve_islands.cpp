@@ -181,6 +181,9 @@ bool solve_island(WorldData& world, int index, const SiIsland& island, Real dt, 
     scale_warm_impulses(world, island, scale * world.settings.substeps / plan.substeps);
     SolverChoice solver = plan.solver;
     int substeps = plan.substeps;
+    const SiSettings settings = si_settings(world.settings);
+    const bool wide = solver == SolverChoice::kSi && plan_wide(world.wide_contacts, world.contact_pool, island, settings);
+    if (!wide) build_contacts(world.contact_pool, island.contacts, world.solver_bodies);
     if (solver == SolverChoice::kDirect && !solve_directly(world, island, dt, plan, solved, report)) {
         scale_warm_impulses(world, island, static_cast<Real>(substeps) / world.settings.substeps);
         solver = SolverChoice::kSi;
@@ -192,8 +195,8 @@ bool solve_island(WorldData& world, int index, const SiIsland& island, Real dt, 
     }
     if (solver == SolverChoice::kSi) {
         if (!island.joints.empty()) build_joints(world.joint_pool, island.joints, world.solver_bodies);
-        solved.add(solve_island_si(world.solver_bodies, world.contact_pool, world.joint_pool, island, dt, si_settings(world.settings),
-                                   &world.wide_contacts));
+        solved.add(solve_island_si(world.solver_bodies, world.contact_pool, world.joint_pool, island, dt, settings,
+                                   wide ? &world.wide_contacts : nullptr));
     }
     scale_warm_impulses(world, island, static_cast<Real>(substeps) / world.settings.substeps);
     ++report.islands_of[static_cast<int>(solver)];

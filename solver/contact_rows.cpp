@@ -133,14 +133,28 @@ PointRow make_point_row(const Vec3& direction, const Vec3& r_a, const Vec3& r_b,
     return row;
 }
 
-void build_block(ContactPool& pool, ContactBlock& block, const SolverBodies& bodies) {
+void orient_block(ContactPool& pool, ContactBlock& block, const SolverBodies& bodies) {
+    if (block.frame == NormalFrame::kA) block.n = bodies.motion[block.a].R * block.n_local;
+    if (block.frame == NormalFrame::kB) block.n = bodies.motion[block.b].R * block.n_local;
+    const Vec3 n = block.n;
+    for (int i = 0; i < block.count && block.friction >= 0; ++i) {
+        FrictionRow* friction = &pool.frictions[block.friction + 2 * i];
+        // Projecting leaves an error of 1e-16 of t along n; of what is left of t it may be a thousand times as much, no more. A slip may be
+        // slow: its direction counts, not its length.
+        Vec3 t1 = friction[0].t - n * n.dot(friction[0].t);
+        const Real length = t1.norm();
+        t1 = length > kLeastTangent * friction[0].t.norm() ? Vec3(t1 / length) : any_perpendicular(n);
+        friction[0].t = t1;
+        friction[1].t = n.cross(t1);
+    }
+}
+
+void build_rows(ContactPool& pool, ContactBlock& block, const SolverBodies& bodies) {
     const BodyMotion& a = bodies.motion[block.a];
     const BodyMotion& b = bodies.motion[block.b];
     block.built_turn_a = a.turned;
     block.built_turn_b = b.turned;
     Real least_mass = kInfinity;
-    if (block.frame == NormalFrame::kA) block.n = a.R * block.n_local;
-    if (block.frame == NormalFrame::kB) block.n = b.R * block.n_local;
     const Vec3 n = block.n;
     const Vec3 wa = bodies.velocity[block.a].w, wb = bodies.velocity[block.b].w;
     for (int i = 0; i < block.count; ++i) {
@@ -165,21 +179,29 @@ void build_block(ContactPool& pool, ContactBlock& block, const SolverBodies& bod
         row.curvature = 0;
         if (block.frame != NormalFrame::kA) row.curvature += n.dot(wa.cross(wa.cross(core_a)));
         if (block.frame != NormalFrame::kB) row.curvature -= n.dot(wb.cross(wb.cross(core_b)));
-        if (block.friction < 0) continue;
-        FrictionRow* friction = &pool.frictions[block.friction + 2 * i];
-        // Projecting leaves an error of 1e-16 of t along n; of what is left of t it may be a thousand times as much, no more. A slip may be
-        // slow: its direction counts, not its length.
-        Vec3 t1 = friction[0].t - n * n.dot(friction[0].t);
-        const Real length = t1.norm();
-        t1 = length > kLeastTangent * friction[0].t.norm() ? Vec3(t1 / length) : any_perpendicular(n);
-        const Vec3 t2 = n.cross(t1);
-        static_cast<PointRow&>(friction[0]) = make_point_row(t1, r_a, r_b, a, b);
-        static_cast<PointRow&>(friction[1]) = make_point_row(t2, r_a, r_b, a, b);
-        friction[0].t = t1;
-        friction[1].t = t2;
-        least_mass = std::min({least_mass, friction[0].mass, friction[1].mass});
+        for (int j = 0; j < 2 && block.friction >= 0; ++j) {
+            FrictionRow& friction = pool.frictions[block.friction + 2 * i + j];
+            static_cast<PointRow&>(friction) = make_point_row(friction.t, r_a, r_b, a, b);
+            least_mass = std::min(least_mass, friction.mass);
+        }
     }
     block.max_inv_mass = 1 / least_mass;
+}
+
+void build_contacts(ContactPool& pool, BlockRange range, const SolverBodies& bodies) {
+    for (int k = range.begin; k < range.end; ++k) {
+        ContactBlock& block = pool.blocks[k];
+        for (int p = block.first; p < block.first + block.count; ++p) {
+            pool.normals[p] = {};
+            pool.impulse[p] = pool.total[p] = {};
+        }
+        build_rows(pool, block, bodies);
+    }
+}
+
+void build_block(ContactPool& pool, ContactBlock& block, const SolverBodies& bodies) {
+    orient_block(pool, block, bodies);
+    build_rows(pool, block, bodies);
 }
 
 void advance_blocks(ContactPool& pool, BlockRange range, const SolverBodies& bodies, Real h, Real tolerance) {

@@ -123,8 +123,17 @@ struct PointRange {
 };
 PointRange points_of(const ContactPool& pool, BlockRange range);
 
-// (Re)builds rows and separations of a block from its geometry and the current poses. `t1` of a point is kept in its friction row's t and
-// projected on the new tangent plane.
+// Normal and tangents of a block at the current poses. `t1` of a point is kept in its friction row's t and projected on the new tangent
+// plane.
+void orient_block(ContactPool& pool, ContactBlock& block, const SolverBodies& bodies);
+
+// Rows and separations of a block from its geometry, normal and tangents at the current poses.
+void build_rows(ContactPool& pool, ContactBlock& block, const SolverBodies& bodies);
+
+// The same for all blocks of a range that have been oriented; impulses and totals start at 0.
+void build_contacts(ContactPool& pool, BlockRange range, const SolverBodies& bodies);
+
+// Orients a block and builds its rows.
 void build_block(ContactPool& pool, ContactBlock& block, const SolverBodies& bodies);
 
 // Rebuilds the blocks whose bodies have turned by more than `tolerance` [rad] since their rows were built. The separations of the others

@@ -61,16 +61,6 @@ void substep_split(SiContext& c) {
     second_solve(c);
 }
 
-// Whether the contacts are solved four blocks at a time: the default substep with its friction, without bounces, and blocks enough side by
-// side.
-bool goes_wide(const SiContext& c, WideContacts* wide) {
-    const SiModel& model = c.settings.model;
-    return wide && c.has_contacts && !c.island.has_bounce && c.settings.stabilisation == SiStabilisation::kSplit && !model.is_textbook() &&
-           (model.friction == FrictionModel::kPyramid || model.friction == FrictionModel::kPyramidFixed ||
-            model.friction == FrictionModel::kNone) &&
-           wide->plan(c.contacts, c.island.contacts, c.island.body_begin, c.island.dynamic_end);
-}
-
 }  // namespace
 
 void move_bodies(SiContext& c) {
@@ -112,6 +102,13 @@ void SiReport::add(const SiReport& r) {
     natural_residual = std::max(natural_residual, r.natural_residual);
 }
 
+bool plan_wide(WideContacts& wide, const ContactPool& contacts, const SiIsland& island, const SiSettings& settings) {
+    const FrictionModel friction = settings.model.friction;
+    return island.contacts.begin < island.contacts.end && !island.has_bounce && settings.stabilisation == SiStabilisation::kSplit &&
+           !settings.model.is_textbook() && friction != FrictionModel::kCone && friction != FrictionModel::kOneDirection &&
+           wide.plan(contacts, island.contacts, island.body_begin, island.dynamic_end);
+}
+
 SiReport solve_island_si(SolverBodies& bodies, ContactPool& contacts, JointPool& joints, const SiIsland& island, Real dt,
                          const SiSettings& settings, WideContacts* wide) {
     SiContext c{bodies,
@@ -127,10 +124,8 @@ SiReport solve_island_si(SolverBodies& bodies, ContactPool& contacts, JointPool&
     // A joint alone is solved by one sweep and may be rigid; joints that have to agree with others by sweeps may not.
     if (!c.has_contacts && island.joints.count() == 1) c.joint_soft = {};
     bodies.push.resize(bodies.velocity.size());
-    if (goes_wide(c, wide)) {
-        c.wide = wide;
-        wide->pack(contacts, bodies);
-    }
+    c.wide = wide;
+    if (wide) wide->pack(contacts, bodies, island.body_begin, island.body_end);
     for (int k = 0; k < settings.substeps; ++k) {
         if (!settings.model.warm_start) {
             scale_warm_start(contacts, island.contacts, 0);

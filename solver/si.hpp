@@ -58,8 +58,12 @@ struct SiReport {
     void add(const SiReport& r);
 };
 
-// Steps one island by dt. Rows must be built and warm impulses set (those of one substep); totals are filled. `wide` is memory for islands
-// of many contacts, which the default substep sweeps four blocks at a time; null: one at a time, with the same result.
+// Whether an island's contacts go four blocks at a time: the default substep with its friction, without bounces, and enough of them side by
+// side. Plans them if so.
+bool plan_wide(WideContacts& wide, const ContactPool& contacts, const SiIsland& island, const SiSettings& settings);
+
+// Steps one island by dt. Warm impulses must be set (those of one substep); totals are filled. Rows must be built, totals be 0, but for
+// contacts that `wide` has planned: they need to be oriented only (contact_rows.hpp), and the result is the same. Null: none.
 SiReport solve_island_si(SolverBodies& bodies, ContactPool& contacts, JointPool& joints, const SiIsland& island, Real dt,
                          const SiSettings& settings, WideContacts* wide = nullptr);
 

@@ -27,25 +27,38 @@ CAIRN_WIDE_INLINE BatchPose pose_of(const WideView& s, const int* body) {
     return pose;
 }
 
-CAIRN_WIDE_INLINE void save(WideVec& w, M4 mask, const Vec& v) {
-    save(w, select(mask, v, load(w)));
+// Which lanes are built: those of a mask, or all of them, whatever they hold.
+struct SomeLanes {
+    M4 mask;
+};
+struct AllLanes {};
+
+CAIRN_WIDE_INLINE void save(Wide& w, SomeLanes lanes, V4 v) {
+    save(w, select(lanes.mask, v, load(w)));
 }
-CAIRN_WIDE_INLINE void save(Wide& w, M4 mask, V4 v) {
-    save(w, select(mask, v, load(w)));
+CAIRN_WIDE_INLINE void save(Wide& w, AllLanes, V4 v) {
+    save(w, v);
+}
+template <typename Lanes>
+CAIRN_WIDE_INLINE void save(WideVec& w, Lanes lanes, const Vec& v) {
+    save(w.x, lanes, v.x);
+    save(w.y, lanes, v.y);
+    save(w.z, lanes, v.z);
 }
 
-// Sets the masked lanes of a row along `direction` at the arms r_a, r_b; `used` lanes get their mass. Returns S⁻¹, ∞ where not used.
-CAIRN_WIDE_INLINE V4 build_row(WideRow& row, M4 mask, M4 used, const Vec& direction, const Vec& r_a, const Vec& r_b, const BatchPose& a,
+// Sets the lanes of a row along `direction` at the arms r_a, r_b; `used` lanes get their mass. Returns S⁻¹, ∞ where not used.
+template <typename Lanes>
+CAIRN_WIDE_INLINE V4 build_row(WideRow& row, Lanes lanes, M4 used, const Vec& direction, const Vec& r_a, const Vec& r_b, const BatchPose& a,
                                const BatchPose& b) {
     const Vec ang_a = cross(r_a, direction), ang_b = cross(r_b, direction);
     const Vec iang_a = a.inv_inertia * ang_a, iang_b = b.inv_inertia * ang_b;
     const V4 S = a.inv_mass + b.inv_mass + dot(ang_a, iang_a) + dot(ang_b, iang_b);
     const V4 mass = all(1) / select(used, S, all(1));
-    save(row.ang_a, mask, ang_a);
-    save(row.ang_b, mask, ang_b);
-    save(row.iang_a, mask, iang_a);
-    save(row.iang_b, mask, iang_b);
-    save(row.mass, mask, select(used, mass, all(0)));
+    save(row.ang_a, lanes, ang_a);
+    save(row.ang_b, lanes, ang_b);
+    save(row.iang_a, lanes, iang_a);
+    save(row.iang_b, lanes, iang_b);
+    save(row.mass, lanes, select(used, mass, all(0)));
     return select(used, mass, all(kInfinite));
 }
 
@@ -73,7 +86,8 @@ struct Arms {
 };
 
 // Surface points, their separation and its curvature.
-CAIRN_WIDE_INLINE Arms build_point(WidePoint& point, M4 mask, M4 turns_with_a, M4 turns_with_b, const Vec& n, const BatchPose& a,
+template <typename Lanes>
+CAIRN_WIDE_INLINE Arms build_point(WidePoint& point, Lanes lanes, M4 turns_with_a, M4 turns_with_b, const Vec& n, const BatchPose& a,
                                    const BatchPose& b, const BatchVelocity& u) {
     const Vec core_a = a.R * load(point.core_a), core_b = b.R * load(point.core_b);
     const V4 radius_a = load(point.radius_a), radius_b = load(point.radius_b);
@@ -82,19 +96,19 @@ CAIRN_WIDE_INLINE Arms build_point(WidePoint& point, M4 mask, M4 turns_with_a, M
     const Vec a_of_core = core_a - radius_a * n, b_of_core = a.x + a_of_core - separation * n - b.x;
     V4 curvature = select(turns_with_a, all(0), dot(n, cross(u.wa, cross(u.wa, core_a))));
     curvature = curvature - select(turns_with_b, all(0), dot(n, cross(u.wb, cross(u.wb, core_b))));
-    save(point.separation, mask, separation);
-    save(point.curvature, mask, curvature);
+    save(point.separation, lanes, separation);
+    save(point.curvature, lanes, curvature);
     return {select(turns_with_a, a_of_face, a_of_core), select(turns_with_a, b_of_face, b_of_core)};
 }
 
-static void build_batch(const WideView& s, int k, M4 mask, const BatchPose& a, const BatchPose& b) {
+// Rows of a batch along its normals and tangents as they are.
+template <typename Lanes>
+CAIRN_WIDE_INLINE void build_rows(const WideView& s, int k, Lanes lanes, const BatchPose& a, const BatchPose& b) {
     WideBatch& batch = s.batches[k];
     WideBatchBuild& build = s.builds[k];
     const M4 turns_with_a = load(build.turns_with_a) != 0, turns_with_b = load(build.turns_with_b) != 0;
-    const Vec n_local = load(build.n_local);
-    save(build.built_turn_a, mask, a.turned);
-    save(build.built_turn_b, mask, b.turned);
-    save(batch.n, mask & (turns_with_a | turns_with_b), select(turns_with_a, a.R * n_local, b.R * n_local));
+    save(build.built_turn_a, lanes, a.turned);
+    save(build.built_turn_b, lanes, b.turned);
     const Vec n = load(batch.n);
     const BatchVelocity u = velocity_of(s, batch);
     const M4 rubs = load(batch.mu) > 0;
@@ -102,17 +116,34 @@ static void build_batch(const WideView& s, int k, M4 mask, const BatchPose& a, c
     for (int i = 0; i < batch.count; ++i) {
         WidePoint& point = s.points[batch.first + i];
         const M4 used = load(point.is_used) != 0;
-        const Arms r = build_point(point, mask, turns_with_a, turns_with_b, n, a, b, u);
-        least_mass = smaller(least_mass, build_row(s.normals[batch.first + i], mask, used, n, r.a, r.b, a, b));
-        if (batch.friction < 0) continue;
-        WideFriction *row1 = &s.frictions[batch.friction + 2 * i], *row2 = row1 + 1;
-        const Vec t1 = tangent(load(row1->t), n), t2 = cross(n, t1);
-        least_mass = smaller(least_mass, build_row(*row1, mask, used & rubs, t1, r.a, r.b, a, b));
-        least_mass = smaller(least_mass, build_row(*row2, mask, used & rubs, t2, r.a, r.b, a, b));
-        save(row1->t, mask, t1);
-        save(row2->t, mask, t2);
+        const Arms r = build_point(point, lanes, turns_with_a, turns_with_b, n, a, b, u);
+        least_mass = smaller(least_mass, build_row(s.normals[batch.first + i], lanes, used, n, r.a, r.b, a, b));
+        for (int j = 0; j < 2 && batch.friction >= 0; ++j) {
+            WideFriction& row = s.frictions[batch.friction + 2 * i + j];
+            least_mass = smaller(least_mass, build_row(row, lanes, used & rubs, load(row.t), r.a, r.b, a, b));
+        }
     }
-    save(batch.max_inv_mass, mask, all(1) / least_mass);
+    save(batch.max_inv_mass, lanes, all(1) / least_mass);
+}
+
+// Normals and tangents of a batch at the present poses.
+CAIRN_WIDE_INLINE void orient(const WideView& s, int k, SomeLanes lanes, const BatchPose& a, const BatchPose& b) {
+    WideBatch& batch = s.batches[k];
+    const WideBatchBuild& build = s.builds[k];
+    const M4 turns_with_a = load(build.turns_with_a) != 0, turns_with_b = load(build.turns_with_b) != 0;
+    const Vec n_local = load(build.n_local);
+    const Vec n = select(turns_with_a, a.R * n_local, select(turns_with_b, b.R * n_local, load(batch.n)));
+    save(batch.n, lanes, n);
+    for (int i = 0; i < batch.count && batch.friction >= 0; ++i) {
+        WideFriction* rows = &s.frictions[batch.friction + 2 * i];
+        const Vec t1 = tangent(load(rows[0].t), n);
+        save(rows[0].t, lanes, t1);
+        save(rows[1].t, lanes, cross(n, t1));
+    }
+}
+
+static void build(const WideView& s) {
+    for (int k = 0; k < s.batch_count; ++k) build_rows(s, k, AllLanes{}, pose_of(s, s.batches[k].a), pose_of(s, s.batches[k].b));
 }
 
 static void advance(const WideView& s, double h, double tolerance) {
@@ -129,7 +160,10 @@ static void advance(const WideView& s, double h, double tolerance) {
             for (int p = batch.first; p < batch.first + batch.count; ++p)
                 save(s.points[p].separation, load(s.points[p].separation) + all(h) * along(u, n, s.normals[p]));
         }
-        if (any(turns)) build_batch(s, k, turns, pose_of(s, batch.a), pose_of(s, batch.b));
+        if (!any(turns)) continue;
+        const BatchPose a = pose_of(s, batch.a), b = pose_of(s, batch.b);
+        orient(s, k, {turns}, a, b);
+        build_rows(s, k, SomeLanes{turns}, a, b);
     }
 }
 

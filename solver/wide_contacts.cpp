@@ -26,14 +26,6 @@ Vec3 get(const WideVec& w, int lane) {
     return {w.x.lane[lane], w.y.lane[lane], w.z.lane[lane]};
 }
 
-void set(WideRow& w, int lane, const PointRow& row) {
-    set(w.ang_a, lane, row.ang_a);
-    set(w.ang_b, lane, row.ang_b);
-    set(w.iang_a, lane, row.iang_a);
-    set(w.iang_b, lane, row.iang_b);
-    w.mass.lane[lane] = row.mass;
-}
-
 void copy_column(double* to, const Mat3& m, int column) {
     for (int i = 0; i < 3; ++i) to[i] = m(i, column);
 }
@@ -76,7 +68,7 @@ std::vector<int> WideContacts::blocks_of(int batch) const {
     return {order_.begin() + batch_begin_[batch], order_.begin() + batch_begin_[batch + 1]};
 }
 
-void WideContacts::pack(const ContactPool& pool, SolverBodies& bodies) {
+void WideContacts::pack(const ContactPool& pool, SolverBodies& bodies, int begin, int end) {
     const int batches = batch_count();
     grow(batches_, batches);
     grow(builds_, batches);
@@ -107,6 +99,7 @@ void WideContacts::pack(const ContactPool& pool, SolverBodies& bodies) {
     for (int k = 0; k < batches; ++k) pack_batch(pool, k);
     grow(poses_, bodies.motion.size());
     copy_poses(bodies, kImmovable, kImmovable + 1);
+    copy_poses(bodies, begin, end);
     view_ = {batches,
              batches_.data(),
              builds_.data(),
@@ -121,26 +114,27 @@ void WideContacts::pack(const ContactPool& pool, SolverBodies& bodies) {
              total_.data(),
              bodies.velocity.data()->v.data(),
              poses_.data()};
+    kernel_->build(view_);
+}
+
+// Lanes without a block, and points that a lane does not have, are zero: with mass 0 they take no impulse.
+void WideContacts::clear_batch(const WideBatch& batch) {
+    for (int p = batch.first; p < batch.first + batch.count; ++p) {
+        points_[p] = {};
+        warm_[p] = {};
+        total_[p] = {};
+    }
+    for (int f = batch.friction; batch.friction >= 0 && f < batch.friction + 2 * batch.count; ++f) frictions_[f].t = {};
 }
 
 void WideContacts::pack_batch(const ContactPool& pool, int k) {
-    // Lanes without a block, and points that a lane does not have, are zero.
     const WideBatch shape = batches_[k];
     WideBatch& batch = batches_[k] = {};
     WideBatchBuild& build = builds_[k] = {};
     batch.first = shape.first;
     batch.count = shape.count;
     batch.friction = shape.friction;
-    for (int p = batch.first; p < batch.first + batch.count; ++p) {
-        normals_[p] = {};
-        points_[p] = {};
-        warm_[p] = {};
-        total_[p] = {};
-    }
-    for (int f = batch.friction; batch.friction >= 0 && f < batch.friction + 2 * batch.count; ++f) {
-        frictions_[f] = {};
-        friction_held_[f] = friction_impulse_[f] = {};
-    }
+    clear_batch(batch);
     for (int l = 0; l < kLanes; ++l) batch.a[l] = batch.b[l] = kImmovable;
     for (int l = 0; l < batch_begin_[k + 1] - batch_begin_[k]; ++l) {
         const ContactBlock& block = pool.blocks[order_[batch_begin_[k] + l]];
@@ -153,38 +147,29 @@ void WideContacts::pack_batch(const ContactPool& pool, int k) {
         batch.share_a.lane[l] = block.share_a;
         batch.share_b.lane[l] = block.share_b;
         batch.mu.lane[l] = block.friction >= 0 ? block.mu : 0;
-        batch.max_inv_mass.lane[l] = block.max_inv_mass;
         set(build.n_local, l, block.n_local);
         build.turns_with_a.lane[l] = block.frame == NormalFrame::kA;
         build.turns_with_b.lane[l] = block.frame == NormalFrame::kB;
-        build.built_turn_a.lane[l] = block.built_turn_a;
-        build.built_turn_b.lane[l] = block.built_turn_b;
         for (int i = 0; i < block.count; ++i) pack_point(pool, block, i, batch, l);
     }
 }
 
 void WideContacts::pack_point(const ContactPool& pool, const ContactBlock& block, int i, const WideBatch& batch, int lane) {
-    const NormalRow& row = pool.normals[block.first + i];
     const PointGeometry& geometry = pool.geometry[block.first + i];
     const WarmImpulse& warm = pool.warm[block.first + i];
     const int p = batch.first + i;
-    set(normals_[p], lane, row);
     WidePoint& point = points_[p];
     set(point.core_a, lane, geometry.core_a_A);
     set(point.core_b, lane, geometry.core_b_B);
     point.radius_a.lane[lane] = geometry.radius_a;
     point.radius_b.lane[lane] = geometry.radius_b;
     point.is_used.lane[lane] = 1;
-    point.separation.lane[lane] = row.separation;
-    point.curvature.lane[lane] = row.curvature;
     WideWarm& w = warm_[p];
     w.position.lane[lane] = warm.position;
     w.velocity.lane[lane] = warm.velocity;
     const bool rubs = warm.friction[0] != 0 || warm.friction[1] != 0;
     for (int j = 0; j < 2 && block.friction >= 0; ++j) {
-        const FrictionRow& friction = pool.frictions[block.friction + 2 * i + j];
-        set(frictions_[batch.friction + 2 * i + j], lane, friction);
-        set(frictions_[batch.friction + 2 * i + j].t, lane, friction.t);
+        set(frictions_[batch.friction + 2 * i + j].t, lane, pool.frictions[block.friction + 2 * i + j].t);
         w.friction[j].lane[lane] = warm.friction[j];
         w.friction_first[j].lane[lane] = rubs ? warm.friction_first[j] : 0;
     }
@@ -201,11 +186,11 @@ void WideContacts::unpack(ContactPool& pool) const {
                 const int p = batch.first + i;
                 warm.position = warm_[p].position.lane[l];
                 warm.velocity = warm_[p].velocity.lane[l];
-                total.normal += total_[p].normal.lane[l];
+                total.normal = total_[p].normal.lane[l];
                 for (int j = 0; j < 2 && block.friction >= 0; ++j) {
                     warm.friction[j] = warm_[p].friction[j].lane[l];
                     warm.friction_first[j] = warm_[p].friction_first[j].lane[l];
-                    total.friction[j] += total_[p].friction[j].lane[l];
+                    total.friction[j] = total_[p].friction[j].lane[l];
                     pool.frictions[block.friction + 2 * i + j].t = get(frictions_[batch.friction + 2 * i + j].t, l);
                 }
             }

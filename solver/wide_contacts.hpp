@@ -28,8 +28,9 @@ public:
     // Groups the blocks of `range`, whose dynamic bodies are those of [body_begin, body_end). False: too little goes side by side to pay.
     bool plan(const ContactPool& pool, BlockRange range, int body_begin, int body_end);
 
-    // Copies rows and warm impulses of the planned blocks; totals start at 0.
-    void pack(const ContactPool& pool, SolverBodies& bodies);
+    // Takes over the planned blocks, oriented (orient_block), with their warm impulses, and builds their rows at the poses of the bodies
+    // [begin, end); totals start at 0. Asks nothing of the pool's rows but their tangents.
+    void pack(const ContactPool& pool, SolverBodies& bodies, int begin, int end);
     // Copies warm impulses, totals and tangents back.
     void unpack(ContactPool& pool) const;
 
@@ -48,6 +49,7 @@ public:
 
 private:
     void pack_batch(const ContactPool& pool, int batch);
+    void clear_batch(const WideBatch& batch);
     void pack_point(const ContactPool& pool, const ContactBlock& block, int i, const WideBatch& batch, int lane);
 
     const WideKernel* kernel_;

@@ -97,6 +97,7 @@ struct WideView {
 // The stages of a substep (names and meaning as in contact_rows.hpp), for one instruction set. Every set gives the same bits.
 struct WideKernel {
     const char* name;
+    void (*build)(const WideView&);                  // all rows, at the start of a step; normals and tangents are there
     void (*start_first)(const WideView&, double h);  // sets the targets of the gaps, too
     double (*sweep_normals)(const WideView&);
     double (*sweep_velocities)(const WideView&);

@@ -4,7 +4,8 @@
 
 namespace cairn {
 
-const WideKernel kPortableWideKernel = {"portable",     portable::start_first, portable::sweep_normals, portable::sweep_velocities,
-                                        portable::hold, portable::advance,     portable::start_second,  portable::close};
+const WideKernel kPortableWideKernel = {
+    "portable",     portable::build,   portable::start_first,  portable::sweep_normals, portable::sweep_velocities,
+    portable::hold, portable::advance, portable::start_second, portable::close};
 
 }  // namespace cairn

@@ -80,3 +80,13 @@ TEST_CASE("a step of a sleeping world allocates nothing") {
     for (int k = 0; k < 5; ++k) world.add_body(cube(1, {0, 0, 0.5 + k}));
     allocates_nothing(world, 3, 1);
 }
+
+TEST_CASE("a step of a settled wall, swept four contacts at a time, allocates nothing") {
+    WorldSettings settings;
+    settings.solver = SolverChoice::kSi;
+    World world(settings);
+    world.add_body(ground());
+    for (int row = 0; row < 4; ++row)
+        for (int k = 0; k < 12; ++k) world.add_body(cube(1, {k + 0.5 * (row % 2), 0, 0.5 + row}));
+    allocates_nothing(world, 0.5, 0.5);
+}
