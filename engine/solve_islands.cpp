@@ -27,6 +27,7 @@ void add_dynamic(WorldData& world, std::uint32_t index) {
     m.inv_inertia_W = body.R * body.inv_inertia_B * body.R.transpose();
     m.acceleration = external_acceleration(world, body);
     m.torque = body.torque;
+    m.radius = body.radius;
     m.rotor = body.rotor;
     world.solver_index[index] = world.solver_bodies.size();
     world.solver_bodies.motion.push_back(m);

@@ -57,6 +57,12 @@ void hash_joint(Hasher& h, const Joint& j) {
     for (int k = 0; k < 6; ++k) h.add(j.warm_first[k]), h.add(j.warm_second[k]), h.add(j.total[k]);
 }
 
+void hash_direct_state(Hasher& h, std::uint32_t body, const DirectState& state) {
+    h.add_word(body), h.add_word(static_cast<std::uint64_t>(state.wait)), h.add_word(static_cast<std::uint64_t>(state.penalty));
+    h.add(state.credit), h.add_word(state.last_step);
+    state.cache.add_to(h);
+}
+
 }  // namespace
 
 std::uint64_t World::hash() const {
@@ -79,6 +85,10 @@ std::uint64_t World::hash() const {
     for (const Joint& j : world.joints) {
         h.add_word(j.alive);
         if (j.alive) hash_joint(h, j);
+    }
+    for (std::uint32_t k = 0; !world.direct_states.empty() && k < world.bodies.size(); ++k) {
+        const auto entry = world.direct_states.find(k);
+        if (entry != world.direct_states.end()) hash_direct_state(h, k, entry->second);
     }
     return h.value();
 }

@@ -37,6 +37,9 @@ public:
         }
     }
 
+    // Of H before `factorise`, of L after it.
+    const std::vector<Real>& values() const { return values_; }
+
     // False if a pivot is not positive or not finite; H is lost then.
     bool factorise();
 

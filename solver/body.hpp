@@ -25,6 +25,7 @@ struct BodyMotion {
     Mat3 inv_inertia_W = Mat3::Zero();  // the same in World, at R
     Vec3 acceleration = Vec3::Zero();   // [m/s²], of gravity and the constant force
     Vec3 torque = Vec3::Zero();         // [N m], constant, world
+    Real radius = 0;                    // [m], of a sphere about x that holds the body
     RotorInertia rotor;
     Real turned = 0;  // [rad], sum of ‖w‖h since the step began: bounds how far R is from where rows were built
     bool moves = false;

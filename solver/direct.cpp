@@ -1,7 +1,7 @@
 #include "solver/direct.hpp"
 
 #include "solver/contact_kernel.hpp"
-#include "solver/direct_solve.hpp"
+#include "solver/direct_problem.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -17,16 +17,23 @@ struct Context {
     DirectCache& cache;
     DirectScratch& scratch;
     Real h;
-    DirectReport report;
+    DirectReport report = {};
 };
+
+// After a step that changed impulses the next one has a closer look: some of the impulses stopped or moved bodies, and hold nothing.
+Real enough(const Context& c) {
+    return c.cache.disturbed ? c.settings.rest_tolerance : c.settings.start_tolerance;
+}
 
 // A solve that ended above the tolerance goes on from where it is with sequential impulses, if so many are allowed. False: the step cannot
 // be gone on with.
 template <typename Sweep>
 bool solve_or_sweep(Context& c, DirectGoal goal, Sweep sweep) {
     DirectReport solve;
+    // What an earlier solve of the step has changed is followed however small the residual.
+    const bool follows = goal == DirectGoal::kVelocities && c.report.newton_steps > 0;
     const bool converged = direct_solve(c.bodies, c.contacts, c.island, goal, c.h, c.settings, c.cache, c.scratch, solve,
-                                        goal == DirectGoal::kVelocities && c.report.newton_steps > 0);
+                                        follows ? c.settings.tolerance : enough(c));
     c.report.factorisations += solve.factorisations;
     c.report.newton_steps += solve.newton_steps;
     c.report.passes += solve.passes;
@@ -38,11 +45,15 @@ bool solve_or_sweep(Context& c, DirectGoal goal, Sweep sweep) {
     return c.settings.rescue_sweeps > 0;
 }
 
-void save(Context& c) {
-    const int begin = c.island.body_begin, end = c.island.body_end;
+void save_velocities(Context& c) {
+    const auto begin = c.bodies.velocity.begin();
+    c.scratch.saved_velocity.assign(begin + c.island.body_begin, begin + c.island.body_end);
+}
+
+// What a kick and a warm start do not change.
+void save_rest(Context& c) {
     const PointRange p = points_of(c.contacts, c.island.contacts);
-    c.scratch.saved_motion.assign(c.bodies.motion.begin() + begin, c.bodies.motion.begin() + end);
-    c.scratch.saved_velocity.assign(c.bodies.velocity.begin() + begin, c.bodies.velocity.begin() + end);
+    c.scratch.saved_motion.assign(c.bodies.motion.begin() + c.island.body_begin, c.bodies.motion.begin() + c.island.body_end);
     c.scratch.saved_warm.assign(c.contacts.warm.begin() + p.begin, c.contacts.warm.begin() + p.end);
 }
 
@@ -93,17 +104,41 @@ void return_excess_friction(Context& c) {
     }
 }
 
-bool substep(Context& c) {
+// In a step of one substep a body that rests bears the same load before the drift and after it. What one solve adds to close a gap and
+// the other takes away again must not be there from the start of the next step.
+void share_evenly(ContactPool& contacts, BlockRange range) {
+    const PointRange points = points_of(contacts, range);
+    for (int p = points.begin; p < points.end; ++p) {
+        WarmImpulse& warm = contacts.warm[p];
+        warm.position = warm.velocity = 0.5 * (warm.position + warm.velocity);
+    }
+}
+
+bool stands_still(const Context& c) {
+    const Real least = exact_correction(c.bodies, c.island, c.h);
+    for (int i = c.island.body_begin; i < c.island.dynamic_end; ++i) {
+        const BodyVelocity& u = c.bodies.velocity[i];
+        if (u.v.norm() + c.bodies.motion[i].radius * u.w.norm() > least) return false;
+    }
+    return true;
+}
+
+bool substep(Context& c, bool is_first) {
     const BlockRange range = c.island.contacts;
+    const bool whole_step = c.settings.substeps == 1;
     kick(c.bodies, c.island.body_begin, c.island.dynamic_end, 0.5 * c.h);
     warm_start_first(c.contacts, range, c.bodies);
+    if (whole_step && rests(c.bodies, c.contacts, c.island, c.h, c.scratch.saved_velocity, enough(c), c.report)) return true;
+    if (is_first && c.settings.rescue_sweeps == 0) save_rest(c);
     if (!solve_or_sweep(c, DirectGoal::kGaps, [&] { sweep_contact_gaps(c.contacts, range, c.bodies, c.h); })) return false;
     if (!drift_pushed(c)) return false;
     kick(c.bodies, c.island.body_begin, c.island.dynamic_end, 0.5 * c.h);
     warm_start_second(c.contacts, range, c.bodies);
     if (!solve_or_sweep(c, DirectGoal::kVelocities, [&] { sweep_contact_velocities(c.contacts, range, c.bodies); })) return false;
     return_excess_friction(c);
-    close_contact_substep(c.contacts, range, FirstFriction::kHeld);
+    const bool still = whole_step && stands_still(c);
+    close_contact_substep(c.contacts, range, still ? FirstFriction::kHalf : FirstFriction::kHeld);
+    if (still) share_evenly(c.contacts, range);
     return true;
 }
 
@@ -117,18 +152,27 @@ void DirectCache::set_pattern(int bodies, const std::vector<std::pair<int, int>>
     has_factor = false;
 }
 
+void DirectCache::add_to(Hasher& hasher) const {
+    hasher.add_word(disturbed);
+    hasher.add_word(has_factor);
+    if (!has_factor) return;
+    for (const Real value : factor.values()) hasher.add(value);
+    for (const char state : factored_active) hasher.add_word(static_cast<std::uint64_t>(state));
+}
+
 DirectReport solve_island_direct(SolverBodies& bodies, ContactPool& contacts, const SiIsland& island, Real dt,
                                  const DirectSettings& settings, DirectCache& cache) {
     static thread_local DirectScratch scratch;
     Context c{bodies, contacts, island, settings, cache, scratch, dt / settings.substeps, {}};
     bodies.push.resize(bodies.velocity.size());
-    if (settings.rescue_sweeps == 0) save(c);
+    save_velocities(c);
     for (int k = 0; k < settings.substeps; ++k) {
-        if (!substep(c)) {
+        if (!substep(c, k == 0)) {
             take_back(c);
             break;
         }
     }
+    cache.disturbed = c.report.newton_steps > 0;
     return c.report;
 }
 

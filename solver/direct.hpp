@@ -10,6 +10,7 @@
 // Sources: Alart and Curnier 1991 (augmented Lagrangian for contact), Qi and Sun 1993 (semismooth Newton); the composition is ours.
 #pragma once
 
+#include "engine/base/hash.hpp"
 #include "solver/block_cholesky.hpp"
 #include "solver/si.hpp"
 
@@ -25,6 +26,7 @@ struct DirectSettings {
     int most_updates = 8;          // of the multipliers, per solve
     int most_newton_steps = 16;    // per update
     Real start_tolerance = 1e-7;   // [m/s], with which it need not begin, and may end where rounding lets it fall no further
+    Real rest_tolerance = 1e-9;    // [m/s], with which it need not begin in a step after one that had to
     Real good_contraction = 0.03;  // of the residual in an update: below start_tolerance, a slower one is not gone on with
     Real weight = 1e6;             // D in units of a row's effective mass
     Real contact_push = 0.1;       // share of a penetration that a substep takes back
@@ -35,12 +37,16 @@ struct DirectSettings {
 // What an island keeps from step to step, and the solver's memory.
 class DirectCache {
 public:
+    // What the next solve depends on.
+    void add_to(Hasher& hasher) const;
+
     // Makes the ordering anew if the island's pairs are others than the last time. `pairs` are dynamic bodies counted from the island's
     // first.
     void set_pattern(int bodies, const std::vector<std::pair<int, int>>& pairs);
 
     BlockCholesky factor;
     bool has_factor = false;
+    bool disturbed = false;             // the last step has changed impulses, some of which may have changed velocities
     std::vector<char> factored_active;  // rows in H when it was factorised
     std::vector<std::pair<int, int>> pairs;
 

@@ -1,42 +1,31 @@
 #include "solver/direct_solve.hpp"
 
-#include "solver/contact_kernel.hpp"
+#include "solver/direct_problem.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace cairn {
 namespace {
 
-constexpr Real kUnbounded = std::numeric_limits<Real>::infinity();
 constexpr int kUpdatesWithMovingBounds = 4;
 // Newton steps at full length before the line search sets in: as a rule the active set settles by then.
 constexpr int kFullSteps = 6;
 constexpr Real kSmallChange = 1e-5;  // [m/s]
-constexpr Real kKink = 1e-7;         // [m/s]
 
 // One solve: its parts in the order in which direct_solve calls them.
-class Solve {
+class Solve : DirectProblem {
 public:
     Solve(SolverBodies& bodies, ContactPool& pool, const SiIsland& island, DirectGoal goal, Real h, const DirectSettings& settings,
-          DirectCache& cache, DirectScratch& scratch, DirectReport& report, bool disturbed)
-        : bodies_(bodies),
-          pool_(pool),
-          island_(island),
-          goal_(goal),
-          h_(h),
-          settings_(settings),
-          cache_(cache),
-          s_(scratch),
-          report_(report),
-          points_(points_of(pool, island.contacts)),
-          exact_(exact_correction()),
-          disturbed_(disturbed) {}
+          DirectCache& cache, DirectScratch& scratch, DirectReport& report)
+        : DirectProblem(bodies, pool, island, goal, h, settings, scratch), cache_(cache), report_(report) {}
 
-    bool run() {
+    bool run(Real enough) {
         set_rows();
         const Real at_start = pass(true);
         report_.residual = at_start;
-        if (at_start <= (disturbed_ ? settings_.tolerance : settings_.start_tolerance)) return true;
+        report_.passes = passes_;
+        if (at_start <= enough) return true;
         copy_bodies();
         // A small change is sought from the bounds as they are; a large one, or one that is not found so, from what sticks.
         Real residual = at_start <= kSmallChange ? update_multipliers(at_start) : kUnbounded;
@@ -51,153 +40,12 @@ public:
             residual = at_start;
         }
         store();
+        report_.passes = passes_;
         report_.residual = residual;
         return residual <= settings_.start_tolerance;
     }
 
 private:
-    int count() const { return island_.dynamic_end - island_.body_begin; }
-    // Index of a body among the island's dynamic ones, or < 0.
-    int local(int body) const { return body >= island_.body_begin && body < island_.dynamic_end ? body - island_.body_begin : -1; }
-    DirectRow* rows_of(const ContactBlock& block) { return s_.rows.data() + 3 * static_cast<std::size_t>(block.first - points_.begin); }
-
-    template <typename Function>
-    void for_each_block(Function f) {
-        for (int k = island_.contacts.begin; k < island_.contacts.end; ++k) f(pool_.blocks[k]);
-    }
-
-    // Each row of a block with its direction and Jacobian: normal, friction 1, friction 2 of each point.
-    template <typename Function>
-    void for_each_row(const ContactBlock& block, Function f) {
-        DirectRow* row = rows_of(block);
-        for (int i = 0; i < block.count; ++i, row += 3) {
-            f(row[0], block.n, pool_.normals[block.first + i]);
-            if (block.friction < 0) continue;
-            const FrictionRow* friction = &pool_.frictions[block.friction + 2 * i];
-            f(row[1], friction[0].t, friction[0]);
-            f(row[2], friction[1].t, friction[1]);
-        }
-    }
-
-    // Small penetrations are taken back at once, by velocities up to exact_ that the second solve takes away again: the corners of a face
-    // on another then ask for one and the same motion. If only gaps counted, and penetrations not, rounding would set one corner against
-    // another.
-    Real target(const NormalRow& row) const {
-        if (goal_ == DirectGoal::kVelocities) return velocity_target(row);
-        const Real closing = -(row.separation + 0.5 * h_ * h_ * row.curvature) / h_;
-        const Real rate = goal_ == DirectGoal::kPush ? settings_.contact_push : 0;
-        return closing <= exact_ ? closing : std::max(exact_, rate * closing);
-    }
-
-    // A thousandth of the velocity that the external accelerations make in a substep: nothing, where nothing presses bodies together.
-    Real exact_correction() const {
-        Real a = 0;
-        for (int i = island_.body_begin; i < island_.dynamic_end; ++i) a = std::max(a, bodies_.motion[i].acceleration.norm());
-        return 1e-3 * a * h_;
-    }
-
-    void set_rows() {
-        s_.rows.resize(3 * static_cast<std::size_t>(points_.count()));
-        s_.gradient.resize(static_cast<std::size_t>(count()));
-        for_each_block([&](const ContactBlock& block) {
-            DirectRow* row = rows_of(block);
-            for (int i = 0; i < block.count; ++i, row += 3) {
-                const NormalRow& normal = pool_.normals[block.first + i];
-                const PointImpulse& impulse = pool_.impulse[block.first + i];
-                const Real b = target(normal);
-                const bool held = b > -kUnbounded;
-                row[0] = {held ? b : 0, 0, held ? kUnbounded : 0, impulse.normal, impulse.normal, settings_.weight * normal.mass};
-                for (int j = 0; j < 2; ++j) {
-                    row[1 + j] = {};
-                    if (block.friction < 0) continue;
-                    const Real start = impulse.friction[j], mass = pool_.frictions[block.friction + 2 * i + j].mass;
-                    const Real bound = friction_bound(block, impulse.normal, start, mass);
-                    row[1 + j] = {0, -bound, bound, start, start, settings_.weight * mass};
-                }
-            }
-        });
-    }
-
-    // What does not slide already is taken to stick until the loads are known: at first, tangential velocities are far from where friction
-    // would leave them, and would say that everything slides.
-    void start_sticking() {
-        for_each_block([&](const ContactBlock& block) {
-            if (block.friction < 0) return;
-            DirectRow* row = rows_of(block);
-            for (int i = 0; i < block.count; ++i, row += 3) {
-                if (!row[0].active) continue;
-                for (int j = 1; j < 3; ++j) {
-                    if (row[0].start > 0 && std::abs(row[j].start) >= 0.999 * row[j].high) continue;
-                    row[j].low = -kUnbounded;
-                    row[j].high = kUnbounded;
-                }
-            }
-        });
-    }
-
-    void copy_bodies() {
-        s_.v0.assign(bodies_.velocity.begin() + island_.body_begin, bodies_.velocity.begin() + island_.dynamic_end);
-        s_.inertia_W.resize(static_cast<std::size_t>(count()));
-        for (int i = 0; i < count(); ++i) s_.inertia_W[i] = bodies_.motion[island_.body_begin + i].inv_inertia_W.inverse();
-        has_bodies_ = true;
-    }
-
-    // Whether a row is expected inside its bounds by its multiplier alone. Between two updates w changes by about λ / D, which says nothing
-    // about bounds yet. At the kink, where nothing presses and nothing parts, a row holds: what begins to touch is to be carried.
-    static bool holds(const DirectRow& r) {
-        if (r.high == kUnbounded && r.low == 0) return r.multiplier > 0 || r.slip <= kKink;
-        const Real margin = 1e-3 * r.high;
-        return r.low + margin < r.multiplier && r.multiplier < r.high - margin;
-    }
-
-    // w and proj(λ̂ − D w) of every row and the gradient at the present velocities. Returns the natural residual, which means something
-    // where the velocities agree with λ̂. With `predict`, what `holds` is taken as active and not projected.
-    Real pass(bool predict = false) {
-        ++report_.passes;
-        for (int i = 0; i < count(); ++i) {
-            if (!has_bodies_) {
-                s_.gradient[i].setZero();
-                continue;
-            }
-            const BodyVelocity& v = bodies_.velocity[island_.body_begin + i];
-            s_.gradient[i].head<3>() = (v.v - s_.v0[i].v) / bodies_.motion[island_.body_begin + i].inv_mass;
-            s_.gradient[i].tail<3>() = s_.inertia_W[i] * (v.w - s_.v0[i].w);
-        }
-        Real residual = 0;
-        for_each_block([&](const ContactBlock& block) {
-            const BlockVelocity u(block, bodies_);
-            Vec3 force = Vec3::Zero(), torque_a = Vec3::Zero(), torque_b = Vec3::Zero();
-            const auto visit = [&](DirectRow& r, const Vec3& direction, const PointRow& g) {
-                r.slip = u.along(direction, g) - r.target;
-                const Real wanted = r.multiplier - r.weight * r.slip;
-                r.impulse = std::clamp(wanted, r.low, r.high);
-                r.active = r.low < wanted && wanted < r.high;
-                if (predict && holds(r)) {
-                    r.impulse = wanted;
-                    r.active = true;
-                }
-                if (g.mass > 0)
-                    residual =
-                        std::max(residual, std::abs(r.multiplier - std::clamp(r.multiplier - g.mass * r.slip, r.low, r.high)) / g.mass);
-                const Real change = r.impulse - r.start;
-                if (change == 0) return;
-                force += change * direction;
-                torque_a += change * g.ang_a;
-                torque_b += change * g.ang_b;
-            };
-            for_each_row(block, visit);
-            if (const int a = local(block.a); a >= 0) {
-                s_.gradient[a].head<3>() -= force;
-                s_.gradient[a].tail<3>() -= torque_a;
-            }
-            if (const int b = local(block.b); b >= 0) {
-                s_.gradient[b].head<3>() += force;
-                s_.gradient[b].tail<3>() += torque_b;
-            }
-        });
-        return residual;
-    }
-
     // Active, or at its lower or upper bound.
     static char state_of(const DirectRow& r) { return r.active ? 'a' : r.impulse == r.low ? 'l' : 'h'; }
 
@@ -319,61 +167,6 @@ private:
         return low > 0 ? low : high;
     }
 
-    // Back to the velocities that agree with λ̂.
-    void restore() {
-        for (int i = 0; i < count(); ++i) bodies_.velocity[island_.body_begin + i] = s_.v0[i];
-        for_each_block([&](const ContactBlock& block) {
-            BlockVelocity u(block, bodies_);
-            const auto apply = [&](const DirectRow& r, const Vec3& direction, const PointRow& g) {
-                if (r.multiplier != r.start) u.apply(block, direction, g, r.multiplier - r.start);
-            };
-            for_each_row(block, apply);
-            u.store(block, bodies_);
-        });
-    }
-
-    // Back to λ₀, v₀ and the bounds of λ₀.
-    void start_again() {
-        for (int i = 0; i < count(); ++i) bodies_.velocity[island_.body_begin + i] = s_.v0[i];
-        for (DirectRow& row : s_.rows) row.multiplier = row.start;
-        set_bounds();
-    }
-
-    void set_bounds() {
-        for_each_block([&](const ContactBlock& block) {
-            if (block.friction < 0) return;
-            DirectRow* row = rows_of(block);
-            for (int i = 0; i < block.count; ++i, row += 3) {
-                for (int j = 1; j < 3; ++j) {
-                    row[j].high =
-                        friction_bound(block, row[0].multiplier, row[j].multiplier, pool_.frictions[block.friction + 2 * i + j - 1].mass);
-                    row[j].low = -row[j].high;
-                }
-            }
-        });
-    }
-
-    // μ λ_N, but loads of points that share them without need (the corners of a face) are shared anew by every rounding, and no bound would
-    // be the last: before the drift, friction that is over it by next to nothing may stay; after it, what is over it gets a little less and
-    // so some room for the next update.
-    Real friction_bound(const ContactBlock& block, Real normal, Real friction, Real mass) const {
-        const Real bound = block.mu * normal, wanted = std::abs(friction), room = 0.5 * exact_ * mass;
-        if (wanted <= bound) return bound;
-        if (goal_ == DirectGoal::kVelocities) return bound - std::min(0.1 * room, 0.5 * bound);
-        return wanted <= bound + room ? wanted : bound;
-    }
-
-    // λ̂ = λ = proj(λ̂ − D w), the velocities that agree with it, friction bounds by the new λ_N.
-    void accept(bool move_bounds) {
-        for (int i = 0; i < count(); ++i) {
-            const BodyMotion& m = bodies_.motion[island_.body_begin + i];
-            bodies_.velocity[island_.body_begin + i].v -= m.inv_mass * s_.gradient[i].head<3>();
-            bodies_.velocity[island_.body_begin + i].w -= m.inv_inertia_W * s_.gradient[i].tail<3>();
-        }
-        for (DirectRow& row : s_.rows) row.multiplier = row.impulse;
-        if (move_bounds) set_bounds();
-    }
-
     // Updates of λ̂ until the residual is below the tolerance or does not fall any more. Returns it.
     Real update_multipliers(Real residual) {
         for (int update = 0; update < settings_.most_updates; ++update) {
@@ -391,39 +184,16 @@ private:
         return residual;
     }
 
-    void store() {
-        for_each_block([&](const ContactBlock& block) {
-            const DirectRow* row = rows_of(block);
-            for (int i = 0; i < block.count; ++i, row += 3) {
-                pool_.impulse[block.first + i].normal = row[0].multiplier;
-                if (block.friction < 0) continue;
-                pool_.impulse[block.first + i].friction[0] = row[1].multiplier;
-                pool_.impulse[block.first + i].friction[1] = row[2].multiplier;
-            }
-        });
-    }
-
-    SolverBodies& bodies_;
-    ContactPool& pool_;
-    const SiIsland& island_;
-    DirectGoal goal_;
-    Real h_;
-    const DirectSettings& settings_;
     DirectCache& cache_;
-    DirectScratch& s_;
     DirectReport& report_;
-    PointRange points_;
-    Real exact_;  // [m/s]
-    bool disturbed_;
-    bool has_bodies_ = false;  // v0 and inertia are set; before, the velocities are v0
-    bool fresh_ = false;       // the factor is of this solve
+    bool fresh_ = false;  // the factor is of this solve
 };
 
 }  // namespace
 
 bool direct_solve(SolverBodies& bodies, ContactPool& contacts, const SiIsland& island, DirectGoal goal, Real h,
-                  const DirectSettings& settings, DirectCache& cache, DirectScratch& scratch, DirectReport& report, bool disturbed) {
-    return Solve(bodies, contacts, island, goal, h, settings, cache, scratch, report, disturbed).run();
+                  const DirectSettings& settings, DirectCache& cache, DirectScratch& scratch, DirectReport& report, Real enough) {
+    return Solve(bodies, contacts, island, goal, h, settings, cache, scratch, report).run(enough);
 }
 
 }  // namespace cairn

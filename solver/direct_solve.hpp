@@ -36,9 +36,16 @@ struct DirectScratch {
 enum class DirectGoal { kGaps, kPush, kVelocities };
 
 // Solves for what `goal` asks (see si.hpp for the two solves and the push) from the impulses in the pool and the velocities in `bodies`,
-// which must agree; leaves both in agreement. `disturbed`: an earlier solve of the step has changed impulses, so this one has
-// to follow however small the residual. False if the residual is not below the tolerance.
+// which must agree; leaves both in agreement. A residual of `enough` [m/s] is left as it is. False if the residual is not below the
+// tolerance in the end.
 bool direct_solve(SolverBodies& bodies, ContactPool& contacts, const SiIsland& island, DirectGoal goal, Real h,
-                  const DirectSettings& settings, DirectCache& cache, DirectScratch& scratch, DirectReport& report, bool disturbed);
+                  const DirectSettings& settings, DirectCache& cache, DirectScratch& scratch, DirectReport& report, Real enough);
+
+// A step of what stays where it is, from the kick and the warm start of the first solve on: one pass over the points. It ends here if the
+// impulses that the island starts with hold it, both solves' residuals being `enough` [m/s] at most: then they leave all velocities below
+// that and no gap open that they bear upon. False, and nothing is changed, if they do not. The second solve's impulses must be those of
+// the first once more, so that its velocities are v₂ = 2 v₁ − v₀.
+bool rests(SolverBodies& bodies, ContactPool& contacts, const SiIsland& island, Real h, const std::vector<BodyVelocity>& v0, Real enough,
+           DirectReport& report);
 
 }  // namespace cairn
