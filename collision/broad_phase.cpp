@@ -9,21 +9,25 @@
 namespace cairn {
 namespace {
 
-constexpr Real kMargin = 0.05;        // of a moving proxy's largest half extent
-constexpr Real kLookAhead = 2;        // displacements that a fat box reaches ahead,
-constexpr Real kMaxLookAhead = 1.0;   // but no farther than this many largest half extents
-constexpr Real kRebuildShare = 0.25;  // of a tree's leaves: if more were touched, the tree is built anew
+constexpr Real kMargin = 0.05;       // of a moving proxy's largest half extent
+constexpr Real kLookAhead = 2;       // displacements that a fat box reaches ahead,
+constexpr Real kMaxLookAhead = 1.0;  // but no farther than this many largest half extents
+constexpr Real kFarLookAhead = 32;   // the same for what flies alone
+constexpr Real kMaxFarLookAhead = 16;
+constexpr Real kRefitShare = 0.02;  // of a tree's leaves: if more were touched, all are fitted anew where they are
 
 enum class Kind : std::uint8_t { kFree, kMoving, kStatic, kPlane };
 
 struct Proxy {
     Aabb fat;
+    Aabb brief;                  // while is_far: the fat box that it gets if something is in its way
     Vec3 normal = Vec3::Zero();  // plane
     Real offset = 0;             // plane
     std::uint32_t user = 0;
     int leaf = -1;  // in the tree of its kind
     Kind kind = Kind::kFree;
     bool touched = false;    // added or moved since the last update
+    bool is_far = false;     // touched, alone, with a box that reaches far ahead
     std::uint64_t mark = 0;  // scratch of update_pairs
 };
 
@@ -38,13 +42,17 @@ bool overlap(const Proxy& a, const Proxy& b) {
     return a.fat.overlaps(b.fat);
 }
 
+// Reaches ahead by so many displacements and no farther than so many largest half extents.
+Aabb reaching(const Aabb& tight, const Vec3& displacement, Real steps, Real most) {
+    const Real size = 0.5 * (tight.hi - tight.lo).maxCoeff();
+    const Vec3 bound = Vec3::Constant(most * size);
+    const Vec3 ahead = (steps * displacement).cwiseMin(bound).cwiseMax(-bound);
+    return tight.grown(kMargin * size).swept(is_finite(ahead) ? ahead : Vec3::Zero());
+}
+
 // Static proxies get no margin: they seldom move, and a margin in proportion to a wide ground would pair it with everything above.
 Aabb fattened(const Aabb& tight, const Vec3& displacement, Kind kind) {
-    if (kind != Kind::kMoving) return tight;
-    const Real size = 0.5 * (tight.hi - tight.lo).maxCoeff();
-    const Vec3 bound = Vec3::Constant(kMaxLookAhead * size);
-    const Vec3 ahead = (kLookAhead * displacement).cwiseMin(bound).cwiseMax(-bound);
-    return tight.grown(kMargin * size).swept(is_finite(ahead) ? ahead : Vec3::Zero());
+    return kind == Kind::kMoving ? reaching(tight, displacement, kLookAhead, kMaxLookAhead) : tight;
 }
 
 void sort(std::vector<ProxyPair>& pairs) {
@@ -91,12 +99,13 @@ struct BroadPhase::Impl {
         touched.push_back(id);
     }
 
-    // Puts what was added or moved where it belongs in its tree: one by one, or by building the tree anew if that is a good part of it.
+    // Puts what was added or moved where it belongs in its tree: one by one; or, if that is a good part of it, by fitting the boxes of the
+    // tree as it is, since much that moves moves together; or, once that has worn it out, by building it anew.
     void tidy(Kind kind) {
         const auto in_tree = [&](ProxyId id) { return proxies[id].kind == kind; };
         const std::size_t count = static_cast<std::size_t>(std::count_if(touched.begin(), touched.end(), in_tree));
-        if (count > kRebuildShare * static_cast<Real>(tree(kind).size())) {
-            tree(kind).rebuild();
+        if (count > kRefitShare * static_cast<Real>(tree(kind).size())) {
+            if (!tree(kind).refit_all()) tree(kind).rebuild();
             return;
         }
         for (const ProxyId id : touched)
@@ -118,8 +127,28 @@ struct BroadPhase::Impl {
             if (plane_reaches(proxies[q], p.fat)) visit(q);
     }
 
+    bool meets_anything(ProxyId p) const {
+        const Aabb& box = proxies[p].fat;
+        for (const ProxyId q : planes)
+            if (plane_reaches(proxies[q], box)) return true;
+        bool met = false;
+        moving_tree.query(box, [&](ProxyId q) { met |= q != p; });
+        if (!met) static_tree.query(box, [&](ProxyId) { met = true; });
+        return met;
+    }
+
+    // What has something in its way gets the box that it would have beside others.
+    void shorten(ProxyId p) {
+        if (!proxies[p].is_far || !meets_anything(p)) return;
+        proxies[p].is_far = false;
+        proxies[p].fat = proxies[p].brief;
+        moving_tree.set_box(proxies[p].leaf, proxies[p].fat);
+    }
+
     template <class Accept>
     void refresh(ProxyId p, const Accept& accept, std::vector<ProxyPair>& begun, std::vector<ProxyPair>& ended) {
+        if (proxies[p].is_far) return;  // has no partner and has met nothing
+
         // Pairs that have parted end; the partners that stay are marked.
         ++mark;
         const auto still_overlaps = [&](ProxyId q) {
@@ -179,11 +208,16 @@ void BroadPhase::remove(ProxyId id) {
     s.removed.push_back(id);
 }
 
-bool BroadPhase::move(ProxyId id, const Aabb& tight, const Vec3& displacement) {
+bool BroadPhase::move(ProxyId id, const Aabb& tight, const Vec3& displacement, const Aabb* around) {
     Impl& s = *impl_;
     Proxy& proxy = s.proxies[id];
     if (proxy.fat.contains(tight) || !is_finite(tight.lo) || !is_finite(tight.hi)) return false;
     proxy.fat = fattened(tight, displacement, proxy.kind);
+    proxy.is_far = around != nullptr && proxy.kind == Kind::kMoving && s.pairs.is_alone(id);
+    if (proxy.is_far) {
+        proxy.brief = proxy.fat;
+        proxy.fat = reaching(*around, displacement, kFarLookAhead, kMaxFarLookAhead).merged(proxy.brief);
+    }
     s.tree(proxy.kind).set_box(proxy.leaf, proxy.fat);
     s.touch(id);
     ++s.moved_count;
@@ -210,8 +244,10 @@ void BroadPhase::update_pairs(const std::function<bool(std::uint32_t, std::uint3
     s.tidy(Kind::kMoving);
     s.tidy(Kind::kStatic);
     for (const ProxyId id : s.touched)
+        if (s.proxies[id].kind != Kind::kFree) s.shorten(id);
+    for (const ProxyId id : s.touched)
         if (s.proxies[id].kind != Kind::kFree) s.refresh(id, accept, begun, ended);
-    for (const ProxyId id : s.touched) s.proxies[id].touched = false;
+    for (const ProxyId id : s.touched) s.proxies[id].touched = s.proxies[id].is_far = false;
 
     s.free.insert(s.free.end(), s.removed.begin(), s.removed.end());
     s.touched.clear();

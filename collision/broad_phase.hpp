@@ -3,7 +3,8 @@
 // into the half-space) and `accept` agreed when they met; the tree's shape and history have no say in it.
 //
 // A moving proxy's fat box is its tight one grown by 5 % of its largest half extent and, when it has moved, stretched along the displacement;
-// a static proxy's is the tight one itself. Ids must be valid (not checked). Allocates only to grow beyond the largest size so far.
+// a static proxy's is the tight one itself. One that has no partner and meets nothing there gets a far longer box, so that what flies alone is
+// seldom touched. Ids must be valid (not checked). Allocates only to grow beyond the largest size so far.
 #pragma once
 
 #include "collision/aabb.hpp"
@@ -40,8 +41,9 @@ public:
 
     // Tells where the proxy is now. `tight` is what must stay covered (already grown by the caller's contact margin);
     // `displacement` is where it is expected to move next [m]. Returns false, having done nothing, while `tight` is inside the fat box
-    // (or not finite).
-    bool move(ProxyId id, const Aabb& tight, const Vec3& displacement);
+    // (or not finite). `around`: covers the proxy however it turns; may be given for one that flies freely, for which the fat box then
+    // reaches far ahead if nothing is there.
+    bool move(ProxyId id, const Aabb& tight, const Vec3& displacement, const Aabb* around = nullptr);
 
     std::uint32_t user(ProxyId id) const;
     const Aabb& fat_aabb(ProxyId id) const;

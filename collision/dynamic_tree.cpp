@@ -112,15 +112,21 @@ void DynamicTree::refit(int node) {
     n.height = 1 + std::max(a.height, b.height);
 }
 
+// Ends where nothing has changed on two levels: a trade looks at grandchildren, so nothing farther up can see the change below.
 void DynamicTree::refit_upwards(int node) {
-    for (; node >= 0; node = nodes_[node].parent) {
-        rotate(node);
+    for (int unchanged = 0; node >= 0 && unchanged < 2; node = nodes_[node].parent) {
+        const Aabb box = nodes_[node].box;
+        const int height = nodes_[node].height;
+        const bool traded = rotate(node);
         refit(node);
+        const bool same = !traded && height == nodes_[node].height && box.lo == nodes_[node].box.lo && box.hi == nodes_[node].box.hi;
+        unchanged = same ? unchanged + 1 : 0;
     }
 }
 
-// Trades a child of the node for a child of its sibling, whichever of the four trades shrinks the sibling's box most; none if none does.
-void DynamicTree::rotate(int node) {
+// Trades a child of the node for a child of its sibling, whichever of the four trades shrinks the sibling's box most; none (false) if
+// none does.
+bool DynamicTree::rotate(int node) {
     Real best_saving = 0;
     int best_up = -1, best_down = -1;  // the grandchild that rises and the child that sinks in its stead
     for (int k = 0; k < 2; ++k) {
@@ -136,11 +142,12 @@ void DynamicTree::rotate(int node) {
             best_down = down;
         }
     }
-    if (best_up < 0) return;
+    if (best_up < 0) return false;
     const int sibling = nodes_[best_up].parent;
     replace_child(sibling, best_up, best_down);
     replace_child(node, best_down, best_up);
     refit(sibling);
+    return true;
 }
 
 // All leaves and all inner nodes, ascending.
@@ -161,6 +168,34 @@ void DynamicTree::collect() {
     }
     std::sort(leaves_.begin(), leaves_.end());
     std::sort(inner_.begin(), inner_.end());
+}
+
+bool DynamicTree::refit_all() {
+    if (size_ < 3) return true;
+    // Depth first, as rebuild lays the nodes out in memory.
+    leaves_.assign(1, root_);
+    order_.clear();
+    while (!leaves_.empty()) {
+        const int node = leaves_.back();
+        leaves_.pop_back();
+        order_.push_back(node);
+        for (int k = 1; k >= 0; --k)
+            if (const int child = nodes_[node].child[k]; !nodes_[child].is_leaf()) leaves_.push_back(child);
+    }
+    constexpr Real kWorn = 1.4;
+    return refit_in_order(order_) <= kWorn * built_cost_;
+}
+
+Real DynamicTree::refit_in_order(const std::vector<int>& inner_nodes) {
+    Real inner = 0, leaves = 0;
+    for (std::size_t k = inner_nodes.size(); k-- > 0;) {  // children come after their parents
+        const int node = inner_nodes[k];
+        refit(node);
+        inner += nodes_[node].box.half_area();
+        for (const int child : nodes_[node].child)
+            if (nodes_[child].is_leaf()) leaves += nodes_[child].box.half_area();
+    }
+    return leaves > 0 ? inner / leaves : 0;
 }
 
 // From the top down by the surface area heuristic. Leaves keep their handles; inner nodes are dealt out again, parents before their
@@ -195,7 +230,7 @@ void DynamicTree::rebuild() {
         tasks_.push_back({middle, task.last, task.depth + 1, node});
         tasks_.push_back({task.first, middle, task.depth + 1, node});
     }
-    for (std::size_t i = inner_.size(); i-- > 0;) refit(inner_[i]);  // children come after their parents
+    built_cost_ = refit_in_order(inner_);
 }
 
 }  // namespace cairn

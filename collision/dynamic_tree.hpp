@@ -23,6 +23,8 @@ public:
     // Moves the leaf to where its box fits best.
     void reinsert(int leaf);
     void rebuild();
+    // After many set_box: fits every box to its children where they are. False if that leaves the tree much worse than when it was built.
+    bool refit_all();
 
     std::size_t size() const { return size_; }
     int height() const { return root_ < 0 ? 0 : nodes_[root_].height; }
@@ -72,12 +74,15 @@ private:
     void replace_child(int parent, int old_child, int new_child);
     void refit(int node);
     void refit_upwards(int node);
-    void rotate(int node);
+    bool rotate(int node);
     void collect();
+    // Inner nodes, parents before their children. Returns what a query has to look at: their areas over those of the leaves.
+    Real refit_in_order(const std::vector<int>& inner_nodes);
 
     std::vector<Node> nodes_;
     int root_ = -1;
     int free_ = -1;
+    Real built_cost_ = 0;   // of refit_in_order when it was last built
     std::size_t size_ = 0;  // leaves
 
     // Scratch of rebuild.

@@ -43,6 +43,7 @@ public:
         }
     }
 
+    bool is_alone(ProxyId proxy) const { return head_[proxy] < 0; }
     std::size_t count() const { return count_; }
 
 private:

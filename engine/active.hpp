@@ -18,7 +18,8 @@ struct ActiveSets {
     ActiveList joints;     // with a body that is awake
     Links contact_links;   // slots of the contact store by body
     Links joint_links;     // joints by body
-    std::vector<std::uint32_t> moved;  // bodies put somewhere else by a caller
+    std::vector<std::uint32_t> moved;     // bodies put somewhere else by a caller
+    std::vector<std::uint32_t> roomless;  // scratch: bodies that have left their fat boxes
     std::uint32_t sleeping = 0;
     std::uint32_t quiet_manifolds = 0;  // of contacts that are not in the list
     std::uint32_t quiet_points = 0;

@@ -1,5 +1,6 @@
 // Stage 5: bodies that no constraint holds move exactly; kinematic bodies follow their motion.
 #include "engine/world_data.hpp"
+#include "solver/short_turn.hpp"
 
 namespace cairn {
 namespace {
@@ -43,22 +44,55 @@ void move_kinematic_bodies(WorldData& world, Real dt, StepReport& report) {
     world.clock.lap(Phase::kIntegrate);
 }
 
+namespace {
+
+// With a force or torque of its own: half-kicks about the free rotation.
+void move_loaded(WorldData& world, std::uint32_t i, Real dt, StepReport& report) {
+    const Body& body = world.bodies[i];
+    const Vec3 a = external_acceleration(world, body);
+    Pose pose{body.X_WB.q, body.X_WB.p + dt * body.v + (0.5 * dt * dt) * a};
+    Vec3 w = body.w + body.R * (body.inv_inertia_B * (body.R.transpose() * (0.5 * dt * body.torque)));
+    if (!w.isZero(0)) {
+        rotate_free(pose.q, w, body.rotor, dt, rotor_stages(w, dt));
+        report.rotor_calls += body.rotor.kind != InertiaKind::kSpherical;
+    }
+    w += pose.q * (body.inv_inertia_B * (pose.q.conjugate() * (0.5 * dt * body.torque)));
+    accept_state(world, i, pose, body.v + dt * a, w, report);
+}
+
+}  // namespace
+
 void move_free_bodies(WorldData& world, Real dt, StepReport& report) {
+    const Vec3 fall = (0.5 * dt * dt) * world.settings.gravity, gain = dt * world.settings.gravity;
     for (const std::uint32_t i : world.active.bodies.numbers()) {
-        const Body& body = world.bodies[i];
+        Body& body = world.bodies[i];
         if (!body.is_awake() || world.islands.is_member(i)) continue;
         ++report.free_bodies;
-        const Vec3 a = external_acceleration(world, body);
-        Pose pose{body.X_WB.q, body.X_WB.p + dt * body.v + (0.5 * dt * dt) * a};
-        Vec3 w = body.w;
-        const bool torque = body.has_load && !body.torque.isZero(0);
-        if (torque) w += body.R * (body.inv_inertia_B * (body.R.transpose() * (0.5 * dt * body.torque)));
-        if (!w.isZero(0)) {
-            rotate_free(pose.q, w, body.rotor, dt, rotor_stages(w, dt));
-            report.rotor_calls += body.rotor.kind != InertiaKind::kSpherical;
+        if (body.has_load) {
+            move_loaded(world, i, dt, report);
+            continue;
         }
-        if (torque) w += pose.q * (body.inv_inertia_B * (pose.q.conjugate() * (0.5 * dt * body.torque)));
-        accept_state(world, i, pose, body.v + dt * a, w, report);
+        Pose pose{body.X_WB.q, body.X_WB.p + dt * body.v + fall};
+        const Vec3 v = body.v + gain;
+        Vec3 w = body.w;
+        const bool turns = !w.isZero(0);
+        if (turns) {
+            if (body.is_spherical) {
+                rotate_spherical(pose.q, w, dt);
+            } else {
+                rotate_free(pose.q, w, body.rotor, dt, rotor_stages(w, dt));
+                ++report.rotor_calls;
+            }
+        }
+        // Finite where the sum is; else each number is looked at.
+        if (!std::isfinite(pose.p.sum() + v.sum() + w.sum() + pose.q.coeffs().sum())) {
+            accept_state(world, i, pose, v, w, report);
+            continue;
+        }
+        body.X_WB = pose;
+        body.v = v;
+        body.w = w;
+        if (turns) body.R = pose.q.toRotationMatrix();
     }
 }
 

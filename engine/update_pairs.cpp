@@ -12,15 +12,39 @@ std::uint64_t pair_key(std::uint32_t a, std::uint32_t b) {
     return a < b ? (std::uint64_t{a} << 32 | b) : (std::uint64_t{b} << 32 | a);
 }
 
-void move_proxies(WorldData& world, const Body& body, Real dt) {
+// A body's room is where its centre may be as long as the sphere that holds its shapes, with the margin that a shape has at rest, stays in
+// the fat boxes of all shapes. Whether it stays there through the step is soon asked, and then nothing else has to be.
+bool stays_in_room(const WorldData& world, const Body& body, Real dt) {
+    const Real acceleration = body.is_awake() ? external_acceleration(world, body).norm() : 0;
+    const Vec3 reach = Vec3::Constant(body.w.norm() * dt * body.radius + acceleration * dt * dt);
+    const Vec3 end = body.X_WB.p + dt * body.v;
+    const Vec3 lo = body.X_WB.p.cwiseMin(end) - reach, hi = body.X_WB.p.cwiseMax(end) + reach;
+    return (body.room.lo.array() <= lo.array()).all() && (hi.array() <= body.room.hi.array()).all();
+}
+
+void find_room(const WorldData& world, Body& body) {
+    body.room = {Vec3::Constant(-Body::kFar), Vec3::Constant(Body::kFar)};
+    for (std::uint32_t s = body.shape_begin; s < body.shape_begin + body.shape_count; ++s) {
+        const ShapeRecord& record = world.shapes[s];
+        if (record.proxy == kNoProxy || record.shape.type == ShapeType::kPlane) continue;
+        const Aabb inner = world.broad_phase.fat_aabb(record.proxy).grown(-(body.radius + kMarginShare * record.size));
+        body.room = {body.room.lo.cwiseMax(inner.lo), body.room.hi.cwiseMin(inner.hi)};
+    }
+}
+
+void move_proxies(WorldData& world, Body& body, Real dt) {
     const Transform X_WB = body.transform();
     const Vec3 way = dt * body.v;
+    bool moved = body.shape_count == 0;
     for (std::uint32_t s = body.shape_begin; s < body.shape_begin + body.shape_count; ++s) {
         ShapeRecord& record = world.shapes[s];
         if (record.proxy == kNoProxy || record.shape.type == ShapeType::kPlane) continue;
-        const Aabb tight = shape_aabb(record.shape, X_WB * record.X_BS).swept(way).grown(reach_without_way(world, body, record, dt));
-        world.broad_phase.move(record.proxy, tight, way);
+        const Real reach = reach_without_way(world, body, record, dt);
+        const Aabb tight = shape_aabb(record.shape, X_WB * record.X_BS).swept(way).grown(reach);
+        const Aabb around = Aabb{body.X_WB.p, body.X_WB.p}.swept(way).grown(body.radius + reach);
+        moved |= world.broad_phase.move(record.proxy, tight, way, body.is_awake() ? &around : nullptr);
     }
+    if (moved) world.active.roomless.push_back(static_cast<std::uint32_t>(&body - world.bodies.data()));
 }
 
 void begin_contact(WorldData& world, std::uint32_t shape_a, std::uint32_t shape_b) {
@@ -69,9 +93,12 @@ void update_pairs(WorldData& world, Real dt, StepReport& report) {
     world.active.moved.clear();
     for (const std::uint32_t i : world.active.kinematic.numbers())
         if (is_moving(world.bodies[i])) move_proxies(world, world.bodies[i], dt);
-    for (const std::uint32_t i : world.active.bodies.numbers()) move_proxies(world, world.bodies[i], dt);
+    for (const std::uint32_t i : world.active.bodies.numbers())
+        if (!stays_in_room(world, world.bodies[i], dt)) move_proxies(world, world.bodies[i], dt);
     const std::uint64_t moved = world.broad_phase.moved_count() - moved_before;
     flush_broad_phase(world);
+    for (const std::uint32_t i : world.active.roomless) find_room(world, world.bodies[i]);
+    world.active.roomless.clear();
     report.pairs = static_cast<std::uint32_t>(world.contacts.size());
     if (!world.clock.on()) return;
     StepProfile& profile = world.clock.profile();

@@ -187,6 +187,7 @@ BodyId World::add_body(const BodyDef& def) {
         body.inv_mass = 1 / def.mass;
         body.inv_inertia_B = info.inertia_B.inverse();
         body.rotor = make_rotor_inertia(principal.moments, principal.R_BP);
+        body.is_spherical = body.rotor.kind == InertiaKind::kSpherical;
         body.force = def.force;
         body.torque = def.torque;
         body.has_load = !(def.force.isZero(0) && def.torque.isZero(0));

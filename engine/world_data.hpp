@@ -10,6 +10,7 @@
 #include "engine/world.hpp"
 #include "solver/rattle.hpp"
 
+#include <limits>
 #include <string>
 #include <unordered_map>
 #include <vector>
@@ -19,6 +20,7 @@ namespace cairn {
 // The part of a body that steps read. Poses and velocities in World. What every step reads of a body that moves alone comes first and fills
 // whole cache lines, so that the rest stays out of the cache.
 struct alignas(64) Body {
+    static constexpr Real kFar = std::numeric_limits<Real>::infinity();
     Pose X_WB;
     BodyType type = BodyType::kStatic;
     bool alive = true;
@@ -27,11 +29,13 @@ struct alignas(64) Body {
     bool moved = false;       // a caller put it somewhere: its shapes have to be told to the broad phase even if it does not move by itself
     bool was_moving = false;  // kinematic: in the last step
     bool has_load = false;    // force or torque is not zero
+    bool is_spherical = true;  // its moments are equal
     Vec3 v = Vec3::Zero();
     Vec3 w = Vec3::Zero();
-    Real inv_mass = 0;          // dynamic bodies only; else 0
-    Real radius = 0;            // [m], of the sphere about the origin that holds the shapes
-    Mat3 R = Mat3::Identity();  // of X_WB.q
+    Real inv_mass = 0;                                       // dynamic bodies only; else 0
+    Real radius = 0;                                         // [m], of the sphere about the origin that holds the shapes
+    Mat3 R = Mat3::Identity();                               // of X_WB.q
+    Aabb room{Vec3::Constant(kFar), Vec3::Constant(-kFar)};  // see update_pairs.cpp
     Mat3 inv_inertia_B = Mat3::Zero();
     RotorInertia rotor;
     Vec3 force = Vec3::Zero();

@@ -1,27 +1,11 @@
 #include "solver/rotor.hpp"
 
+#include "solver/short_turn.hpp"
+
 #include <algorithm>
 
 namespace cairn {
 namespace {
-
-// cos x and sin x / x from x², for x² <= 1/16: Taylor series to x¹² and x¹², which miss less than 1e-17. Without divisions or branches.
-inline void short_trigonometry(Real x2, Real& cosine, Real& sine_over_x) {
-    const Real x4 = x2 * x2, x8 = x4 * x4;
-    cosine = (1 - x2 * (1.0 / 2)) + x4 * (1.0 / 24 - x2 * (1.0 / 720)) + x8 * (1.0 / 40320 - x2 * (1.0 / 3628800) + x4 * (1.0 / 479001600));
-    sine_over_x =
-        (1 - x2 * (1.0 / 6)) + x4 * (1.0 / 120 - x2 * (1.0 / 5040)) + x8 * (1.0 / 362880 - x2 * (1.0 / 39916800) + x4 * (1.0 / 6227020800));
-}
-
-// exp_rotation without a root or a branch for angles up to half a radian.
-inline Quat exp_turn(const Vec3& phi) {
-    const Real angle2 = phi.squaredNorm();
-    if (angle2 > 0.25) return exp_rotation(phi);
-    Real c, s;
-    short_trigonometry(angle2 / 4, c, s);
-    s *= 0.5;
-    return Quat(c, s * phi.x(), s * phi.y(), s * phi.z());
-}
 
 // A rotation that turns as the splitting goes, and its angular momentum; both in plain scalars, so that they stay in registers.
 struct Rotor {
@@ -61,12 +45,6 @@ void strang_step(Rotor& r, const Vec3& inv_moments, Real h) {
     turn_about_axis<2>(r, h * r.L[2] * inv_moments[2]);
     turn_about_axis<1>(r, 0.5 * h * r.L[1] * inv_moments[1]);
     turn_about_axis<0>(r, 0.5 * h * r.L[0] * inv_moments[0]);
-}
-
-// A quaternion that is off unit length by rounding, set right without a root: one Newton step towards 1 / ‖q‖.
-Quat renormalised(const Quat& q) {
-    const Real scale = 1.5 - 0.5 * q.squaredNorm();
-    return Quat(scale * q.w(), scale * q.x(), scale * q.y(), scale * q.z());
 }
 
 void rotate_general(Quat& q, Vec3& w, const RotorInertia& inertia, Real h, int stages) {
@@ -152,7 +130,7 @@ RotorInertia make_rotor_inertia(const Vec3& moments, const Quat& R_BP) {
 void rotate_free(Quat& q, Vec3& w, const RotorInertia& inertia, Real h, int stages) {
     switch (inertia.kind) {
         case InertiaKind::kSpherical:
-            q = renormalised(exp_turn(h * w) * q);
+            rotate_spherical(q, w, h);
             return;
         case InertiaKind::kSymmetric:
             rotate_symmetric(q, w, inertia, h);

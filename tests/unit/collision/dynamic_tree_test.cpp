@@ -59,6 +59,7 @@ TEST_CASE("a tree finds what brute force finds after any mixture of changes and 
             if (round % 3 == 1) tree.reinsert(leaves[i]);
         }
         if (round % 50 == 49) tree.rebuild();
+        if (round % 50 == 24) tree.refit_all();
         REQUIRE(tree.size() == 200);
         const Aabb box = any_box();
         REQUIRE(found(tree, box) == brute_force(boxes, box));
@@ -68,6 +69,21 @@ TEST_CASE("a tree finds what brute force finds after any mixture of changes and 
     CHECK(tree.size() == 0);
     tree.rebuild();
     CHECK(found(tree, cube_at(Vec3::Zero(), 100)).empty());
+}
+
+TEST_CASE("a tree whose boxes move together is not worn out, one whose boxes change places is") {
+    DynamicTree tree;
+    std::vector<int> leaves;
+    const auto place = [](int i) { return Vec3(i % 10, i / 10 % 10, i / 100); };
+    for (int i = 0; i < 1000; ++i) leaves.push_back(tree.insert(cube_at(place(i), 0.3), i));
+    tree.rebuild();
+    for (int i = 0; i < 1000; ++i) tree.set_box(leaves[i], cube_at(place(i) + Vec3(0, 0, -50), 0.3));
+    CHECK(tree.refit_all());
+    CHECK(found(tree, cube_at(place(555) + Vec3(0, 0, -50), 0.1)) == std::vector<int>{555});
+    CHECK(found(tree, cube_at(place(555), 0.1)).empty());
+    for (int i = 0; i < 1000; ++i) tree.set_box(leaves[i], cube_at(place(i * 367 % 1000), 0.3));
+    CHECK_FALSE(tree.refit_all());
+    CHECK(found(tree, cube_at(place(367), 0.1)) == std::vector<int>{1});
 }
 
 // Without rotations a row of boxes would make a chain as high as the row is long; twelve levels would hold 4096 of them.
