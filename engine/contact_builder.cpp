@@ -121,6 +121,48 @@ void build_manifold(WorldData& world, Real dt, const Contact& c, CachedManifold&
     pool.blocks.push_back(block);
 }
 
+void store_point(CachedPoint& p, const WarmImpulse& warm, const PointImpulse& total) {
+    p.warm_position = warm.position;
+    p.warm_velocity = warm.velocity;
+    p.normal_impulse = total.normal;
+    p.friction_impulse[0] = total.friction[0];
+    p.friction_impulse[1] = total.friction[1];
+}
+
+void store_friction(CachedPoint& p, const WarmImpulse& warm, const Vec3& t1, const Vec3& t2) {
+    p.warm_friction_first = warm.friction_first[0] * t1 + warm.friction_first[1] * t2;
+    p.warm_friction = warm.friction[0] * t1 + warm.friction[1] * t2;
+}
+
+CachedManifold& source_of(WorldData& world, int block) {
+    const auto& source = world.block_sources[block];
+    return world.contacts.slots()[source.contact].manifold(static_cast<int>(source.manifold));
+}
+
+void prefetch_points(const CachedManifold& m) {
+    constexpr std::size_t kLine = 64, kMost = 2 * sizeof(CachedPoint);
+    for (std::size_t at = 0; at < kMost; at += kLine) __builtin_prefetch(reinterpret_cast<const char*>(m.points.data()) + at, 1);
+}
+
+// Batches take their blocks from anywhere, so the manifolds of those to come are asked for.
+void store_wide(WorldData& world) {
+    constexpr int kAhead = 2;  // batches
+    const WideContacts& wide = world.wide_contacts;
+    for (int k = 0; k < wide.batch_count(); ++k) {
+        for (int l = 0; k + kAhead < wide.batch_count() && l < wide.lanes_of(k + kAhead); ++l)
+            prefetch_points(source_of(world, wide.block_of(k + kAhead, l)));
+        for (int l = 0; l < wide.lanes_of(k); ++l) {
+            const ContactBlock& block = world.contact_pool.blocks[wide.block_of(k, l)];
+            CachedManifold& m = source_of(world, wide.block_of(k, l));
+            for (int i = 0; i < block.count; ++i) {
+                const WideContacts::Result r = wide.result(k, l, i);
+                store_point(m.points[i], r.warm, r.total);
+                if (block.friction >= 0) store_friction(m.points[i], r.warm, r.t[0], r.t[1]);
+            }
+        }
+    }
+}
+
 }  // namespace
 
 void build_contact_blocks(WorldData& world, Real dt, const std::vector<std::uint32_t>& order, int begin, int end, SiIsland& island) {
@@ -137,24 +179,17 @@ void build_contact_blocks(WorldData& world, Real dt, const std::vector<std::uint
 }
 
 void store_contact_impulses(WorldData& world, const SiIsland& island) {
+    if (world.is_island_wide) return store_wide(world);
     const ContactPool& pool = world.contact_pool;
     for (int k = island.contacts.begin; k < island.contacts.end; ++k) {
         const ContactBlock& block = pool.blocks[k];
-        CachedManifold& m =
-            world.contacts.slots()[world.block_sources[k].contact].manifold(static_cast<int>(world.block_sources[k].manifold));
+        CachedManifold& m = source_of(world, k);
         for (int i = 0; i < block.count; ++i) {
-            CachedPoint& p = m.points[i];
             const WarmImpulse& warm = pool.warm[block.first + i];
-            const PointImpulse& total = pool.total[block.first + i];
-            p.warm_position = warm.position;
-            p.warm_velocity = warm.velocity;
-            p.normal_impulse = total.normal;
-            p.friction_impulse[0] = total.friction[0];
-            p.friction_impulse[1] = total.friction[1];
+            store_point(m.points[i], warm, pool.total[block.first + i]);
             if (block.friction < 0) continue;
             const FrictionRow* rows = &pool.frictions[block.friction + 2 * i];
-            p.warm_friction_first = warm.friction_first[0] * rows[0].t + warm.friction_first[1] * rows[1].t;
-            p.warm_friction = warm.friction[0] * rows[0].t + warm.friction[1] * rows[1].t;
+            store_friction(m.points[i], warm, rows[0].t, rows[1].t);
         }
     }
 }

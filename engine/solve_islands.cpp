@@ -183,7 +183,8 @@ bool solve_island(WorldData& world, int index, const SiIsland& island, Real dt, 
     SolverChoice solver = plan.solver;
     int substeps = plan.substeps;
     const SiSettings settings = si_settings(world.settings);
-    const bool wide = solver == SolverChoice::kSi && plan_wide(world.wide_contacts, world.contact_pool, island, settings);
+    const bool wide = world.is_island_wide =
+        solver == SolverChoice::kSi && plan_wide(world.wide_contacts, world.contact_pool, island, settings);
     if (!wide) build_contacts(world.contact_pool, island.contacts, world.solver_bodies);
     if (solver == SolverChoice::kDirect && !solve_directly(world, island, dt, plan, solved, report)) {
         scale_warm_impulses(world, island, static_cast<Real>(substeps) / world.settings.substeps);

@@ -143,6 +143,7 @@ struct WorldData {
     SolverBodies solver_bodies;
     ContactPool contact_pool;
     WideContacts wide_contacts;
+    bool is_island_wide = false;  // the island that is being solved: its impulses are in wide_contacts
     JointPool joint_pool;
     RattleWorkspace rattle;
     std::vector<BlockSource> block_sources;

@@ -139,7 +139,6 @@ SiReport solve_island_si(SolverBodies& bodies, ContactPool& contacts, JointPool&
         }
         close_substep(c);
     }
-    if (c.wide) wide->unpack(contacts);
     return c.report;
 }
 

@@ -63,7 +63,8 @@ struct SiReport {
 bool plan_wide(WideContacts& wide, const ContactPool& contacts, const SiIsland& island, const SiSettings& settings);
 
 // Steps one island by dt. Warm impulses must be set (those of one substep); totals are filled. Rows must be built, totals be 0, but for
-// contacts that `wide` has planned: they need to be oriented only (contact_rows.hpp), and the result is the same. Null: none.
+// contacts that `wide` has planned: they need to be oriented only (contact_rows.hpp), and the same impulses stay in `wide` (result,
+// unpack).
 SiReport solve_island_si(SolverBodies& bodies, ContactPool& contacts, JointPool& joints, const SiIsland& island, Real dt,
                          const SiSettings& settings, WideContacts* wide = nullptr);
 

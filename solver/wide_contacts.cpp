@@ -26,6 +26,12 @@ Vec3 get(const WideVec& w, int lane) {
     return {w.x.lane[lane], w.y.lane[lane], w.z.lane[lane]};
 }
 
+template <typename T>
+void prefetch_lines(const T* first, int count) {
+    constexpr std::size_t kLine = 64;
+    for (std::size_t at = 0; at < count * sizeof(T); at += kLine) __builtin_prefetch(reinterpret_cast<const char*>(first) + at);
+}
+
 void copy_column(double* to, const Mat3& m, int column) {
     for (int i = 0; i < 3; ++i) to[i] = m(i, column);
 }
@@ -64,10 +70,6 @@ bool WideContacts::plan(const ContactPool& pool, BlockRange range, int body_begi
     return batch_count() * kFewestLanes <= count;
 }
 
-std::vector<int> WideContacts::blocks_of(int batch) const {
-    return {order_.begin() + batch_begin_[batch], order_.begin() + batch_begin_[batch + 1]};
-}
-
 void WideContacts::pack(const ContactPool& pool, SolverBodies& bodies, int begin, int end) {
     const int batches = batch_count();
     grow(batches_, batches);
@@ -96,7 +98,10 @@ void WideContacts::pack(const ContactPool& pool, SolverBodies& bodies, int begin
     grow(frictions_, frictions);
     grow(friction_impulse_, frictions);
     grow(friction_held_, frictions);
-    for (int k = 0; k < batches; ++k) pack_batch(pool, k);
+    for (int k = 0; k < batches; ++k) {
+        if (k + 2 < batches) prefetch_blocks(pool, k + 2);
+        pack_batch(pool, k);
+    }
     grow(poses_, bodies.motion.size());
     copy_poses(bodies, kImmovable, kImmovable + 1);
     copy_poses(bodies, begin, end);
@@ -122,9 +127,28 @@ void WideContacts::clear_batch(const WideBatch& batch) {
     for (int p = batch.first; p < batch.first + batch.count; ++p) {
         points_[p] = {};
         warm_[p] = {};
-        total_[p] = {};
     }
     for (int f = batch.friction; batch.friction >= 0 && f < batch.friction + 2 * batch.count; ++f) frictions_[f].t = {};
+}
+
+// Whether every lane has a block, with friction if any has it, of as many points as any has: nothing needs to be cleared.
+bool WideContacts::is_full(const ContactPool& pool, int k) const {
+    if (lanes_of(k) < kLanes) return false;
+    for (int l = 0; l < kLanes; ++l) {
+        const ContactBlock& block = pool.blocks[block_of(k, l)];
+        if (block.count < batches_[k].count || (block.friction < 0 && batches_[k].friction >= 0)) return false;
+    }
+    return true;
+}
+
+// The blocks of a batch lie apart in the pool, where no prefetcher of the machine expects them.
+void WideContacts::prefetch_blocks(const ContactPool& pool, int k) const {
+    for (int l = 0; l < lanes_of(k); ++l) {
+        const ContactBlock& block = pool.blocks[block_of(k, l)];
+        prefetch_lines(&pool.geometry[block.first], block.count);
+        prefetch_lines(&pool.warm[block.first], block.count);
+        for (int i = 0; i < 2 * block.count && block.friction >= 0; ++i) prefetch_lines(&pool.frictions[block.friction + i].t, 1);
+    }
 }
 
 void WideContacts::pack_batch(const ContactPool& pool, int k) {
@@ -134,10 +158,11 @@ void WideContacts::pack_batch(const ContactPool& pool, int k) {
     batch.first = shape.first;
     batch.count = shape.count;
     batch.friction = shape.friction;
-    clear_batch(batch);
+    if (!is_full(pool, k)) clear_batch(batch);
+    std::fill_n(total_.begin() + batch.first, batch.count, WideImpulse{});
     for (int l = 0; l < kLanes; ++l) batch.a[l] = batch.b[l] = kImmovable;
-    for (int l = 0; l < batch_begin_[k + 1] - batch_begin_[k]; ++l) {
-        const ContactBlock& block = pool.blocks[order_[batch_begin_[k] + l]];
+    for (int l = 0; l < lanes_of(k); ++l) {
+        const ContactBlock& block = pool.blocks[block_of(k, l)];
         batch.a[l] = block.a;
         batch.b[l] = block.b;
         batch.moves_a |= static_cast<unsigned>(block.inv_mass_a > 0) << l;
@@ -175,27 +200,34 @@ void WideContacts::pack_point(const ContactPool& pool, const ContactBlock& block
     }
 }
 
+WideContacts::Result WideContacts::result(int batch, int lane, int i) const {
+    const WideBatch& b = batches_[batch];
+    const WideWarm& warm = warm_[b.first + i];
+    const WideImpulse& total = total_[b.first + i];
+    Result r;
+    r.warm.position = warm.position.lane[lane];
+    r.warm.velocity = warm.velocity.lane[lane];
+    r.total.normal = total.normal.lane[lane];
+    for (int j = 0; j < 2; ++j) {
+        r.warm.friction[j] = warm.friction[j].lane[lane];
+        r.warm.friction_first[j] = warm.friction_first[j].lane[lane];
+        r.total.friction[j] = total.friction[j].lane[lane];
+        r.t[j] = b.friction >= 0 ? get(frictions_[b.friction + 2 * i + j].t, lane) : Vec3(Vec3::Zero());
+    }
+    return r;
+}
+
 void WideContacts::unpack(ContactPool& pool) const {
-    for (int k = 0; k < batch_count(); ++k) {
-        const WideBatch& batch = batches_[k];
-        for (int l = 0; l < batch_begin_[k + 1] - batch_begin_[k]; ++l) {
-            const ContactBlock& block = pool.blocks[order_[batch_begin_[k] + l]];
+    for (int k = 0; k < batch_count(); ++k)
+        for (int l = 0; l < lanes_of(k); ++l) {
+            const ContactBlock& block = pool.blocks[block_of(k, l)];
             for (int i = 0; i < block.count; ++i) {
-                WarmImpulse& warm = pool.warm[block.first + i];
-                PointImpulse& total = pool.total[block.first + i];
-                const int p = batch.first + i;
-                warm.position = warm_[p].position.lane[l];
-                warm.velocity = warm_[p].velocity.lane[l];
-                total.normal = total_[p].normal.lane[l];
-                for (int j = 0; j < 2 && block.friction >= 0; ++j) {
-                    warm.friction[j] = warm_[p].friction[j].lane[l];
-                    warm.friction_first[j] = warm_[p].friction_first[j].lane[l];
-                    total.friction[j] = total_[p].friction[j].lane[l];
-                    pool.frictions[block.friction + 2 * i + j].t = get(frictions_[batch.friction + 2 * i + j].t, l);
-                }
+                const Result r = result(k, l, i);
+                pool.warm[block.first + i] = r.warm;
+                pool.total[block.first + i] = r.total;
+                for (int j = 0; j < 2 && block.friction >= 0; ++j) pool.frictions[block.friction + 2 * i + j].t = r.t[j];
             }
         }
-    }
 }
 
 void WideContacts::forget_warm_start() {

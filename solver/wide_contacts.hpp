@@ -31,7 +31,14 @@ public:
     // Takes over the planned blocks, oriented (orient_block), with their warm impulses, and builds their rows at the poses of the bodies
     // [begin, end); totals start at 0. Asks nothing of the pool's rows but their tangents.
     void pack(const ContactPool& pool, SolverBodies& bodies, int begin, int end);
-    // Copies warm impulses, totals and tangents back.
+    // What a step leaves of a point: the i-th of the block in a lane of a batch. Tangents are those of the last rows.
+    struct Result {
+        WarmImpulse warm;
+        PointImpulse total;
+        Vec3 t[2];
+    };
+    Result result(int batch, int lane, int i) const;
+    // Copies the results of all points to the pool.
     void unpack(ContactPool& pool) const;
 
     // The next substep starts from no impulse.
@@ -44,12 +51,15 @@ public:
     const WideView& view() const { return view_; }
 
     int batch_count() const { return static_cast<int>(batch_begin_.size()) - 1; }
-    // The planned blocks of a batch, at most kLanes, in the pool's numbers.
-    std::vector<int> blocks_of(int batch) const;
+    // The planned blocks of a batch in the pool's numbers: `lanes` of them, at most kLanes.
+    int lanes_of(int batch) const { return batch_begin_[batch + 1] - batch_begin_[batch]; }
+    int block_of(int batch, int lane) const { return order_[batch_begin_[batch] + lane]; }
 
 private:
     void pack_batch(const ContactPool& pool, int batch);
     void clear_batch(const WideBatch& batch);
+    bool is_full(const ContactPool& pool, int batch) const;
+    void prefetch_blocks(const ContactPool& pool, int batch) const;
     void pack_point(const ContactPool& pool, const ContactBlock& block, int i, const WideBatch& batch, int lane);
 
     const WideKernel* kernel_;
