@@ -4,9 +4,9 @@
 //
 // A point is given by a *core* point on each side and a radius: the surface points are
 //     r_A = core_a − radius_a n,    r_B = core_b + radius_b n,    separation = nᵀ(core_a − core_b) − radius_a − radius_b.
-// The core points are material (fixed in their bodies); the round offset along n is not. So the separation of a rolling ball, capsule or lying
-// cylinder stays exact while the body turns, and that of a vertex over a face stays exact while either body turns.
-// For vertex-face points core_a and core_b are a vertex and the foot of its perpendicular on the other's face, whichever side owns the face.
+// The core points are material (fixed in their bodies); the round offset along n is not. So the separation of a rolling ball, capsule or
+// lying cylinder stays exact while the body turns, and that of a vertex over a face stays exact while either body turns. For vertex-face
+// points core_a and core_b are a vertex and the foot of its perpendicular on the other's face, whichever side owns the face.
 #pragma once
 
 #include "engine/base/math.hpp"
@@ -28,8 +28,9 @@ struct ManifoldPoint {
 };
 
 // Whose face the normal belongs to: the normal turns with that body. kNone: it depends on both poses (edge-edge, round shapes),
-// and holds only as long as the relative pose does.
-enum class NormalOwner : std::uint8_t { kNone, kA, kB };
+// and holds only as long as the relative pose does. kCores: it is the direction from core_b to core_a of the manifold's one point, whatever
+// the poses (two spheres).
+enum class NormalOwner : std::uint8_t { kNone, kA, kB, kCores };
 
 struct Manifold {
     Vec3 n = Vec3::UnitZ();  // unit, world, from B to A

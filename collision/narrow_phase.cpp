@@ -64,7 +64,11 @@ void move_back(Manifold& m, const Vec3& origin, bool flipped) {
     }
     if (!flipped) return;
     m.n = -m.n;
-    if (m.owner != NormalOwner::kNone) m.owner = m.owner == NormalOwner::kA ? NormalOwner::kB : NormalOwner::kA;
+    if (m.owner == NormalOwner::kA) {
+        m.owner = NormalOwner::kB;
+    } else if (m.owner == NormalOwner::kB) {
+        m.owner = NormalOwner::kA;
+    }
 }
 
 bool is_sound(const Manifold& m) {

@@ -28,7 +28,7 @@ NarrowResult with_sphere(Query& q, Real reach) {
     if (answer == Answer::kApart) return NarrowResult::kSeparated;
     if (hit.n.isZero(0)) hit.n = Vec3::UnitZ();
     hit.distance -= radius_b;
-    return add_sphere_point(q, hit, NormalOwner::kNone, radius_b);
+    return add_sphere_point(q, hit, NormalOwner::kCores, radius_b);
 }
 
 NarrowResult with_capsule(Query& q, Real reach) {

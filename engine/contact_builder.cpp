@@ -61,6 +61,20 @@ Vec3 slip_velocity(const SolverBodies& bodies, const ContactBlock& block, const 
     return v - block.n * block.n.dot(v);
 }
 
+NormalFrame normal_frame(NormalOwner owner) {
+    switch (owner) {
+        case NormalOwner::kA:
+            return NormalFrame::kA;
+        case NormalOwner::kB:
+            return NormalFrame::kB;
+        case NormalOwner::kCores:
+            return NormalFrame::kCores;
+        case NormalOwner::kNone:
+            break;
+    }
+    return NormalFrame::kWorld;
+}
+
 bool has_friction(const WorldData& world, const Contact& c) {
     return c.mu > 0 && world.settings.model.friction != FrictionModel::kNone;
 }
@@ -76,7 +90,7 @@ void build_manifold(WorldData& world, Real dt, const Contact& c, CachedManifold&
     pool.point_count += m.count;
     block.count = m.count;
     block.n = m.n;
-    block.frame = m.owner == NormalOwner::kA ? NormalFrame::kA : m.owner == NormalOwner::kB ? NormalFrame::kB : NormalFrame::kWorld;
+    block.frame = normal_frame(m.owner);
     block.n_local = block.frame == NormalFrame::kA   ? Vec3(a.X_SB.R * m.n_local)
                     : block.frame == NormalFrame::kB ? Vec3(b.X_SB.R * m.n_local)
                                                      : m.n;

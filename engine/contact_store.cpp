@@ -58,6 +58,7 @@ void match_points(CachedManifold& fresh, const CachedManifold& old, Real size) {
 }
 
 Vec3 owned_normal(const CachedManifold& m, const Transform& X_WA, const Transform& X_WB) {
+    if (m.owner == NormalOwner::kCores) return direction_or(X_WA * m.points[0].core_a_A - X_WB * m.points[0].core_b_B, m.n);
     return (m.owner == NormalOwner::kA ? X_WA.R : X_WB.R) * m.n_local;
 }
 

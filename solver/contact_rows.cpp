@@ -168,7 +168,9 @@ void build_rows(ContactPool& pool, ContactBlock& block, const SolverBodies& bodi
             r_a = b.x + r_b + separation * n - a.x;
         } else {
             r_a = core_a - g.radius_a * n;
-            r_b = a.x + r_a - separation * n - b.x;
+            // After an impact inside the substep n is that of the impact, and so are the arms of cores.
+            const bool has_met = block.frame == NormalFrame::kCores && pool.normals[block.first].lift > 0;
+            r_b = has_met ? Vec3(core_b + g.radius_b * n) : Vec3(a.x + r_a - separation * n - b.x);
         }
         NormalRow& row = pool.normals[block.first + i];
         static_cast<PointRow&>(row) = make_point_row(n, r_a, r_b, a, b);
@@ -310,34 +312,6 @@ void push_contacts(ContactPool& pool, BlockRange range, SolverBodies& bodies, Re
 Real sweep_contact_velocities(ContactPool& pool, BlockRange range, SolverBodies& bodies, bool with_friction) {
     // What has not arrived yet is not held: its impulse returns to zero.
     return sweep(pool, range, bodies, with_friction, [](const NormalRow& row) { return velocity_target(row); });
-}
-
-void predict_bounces(ContactPool& pool, BlockRange range, const SolverBodies& bodies, Real h) {
-    for (int k = range.begin; k < range.end; ++k) {
-        const ContactBlock& block = pool.blocks[k];
-        if (block.restitution == 0) continue;
-        const BlockVelocity u(block, bodies);
-        const Real a = block.n.dot(bodies.motion[block.a].acceleration * (block.inv_mass_a > 0) -
-                                   bodies.motion[block.b].acceleration * (block.inv_mass_b > 0));
-        for (int i = block.first; i < block.first + block.count; ++i) {
-            NormalRow& row = pool.normals[i];
-            row.lift = row.bounce = 0;
-            const Real s = std::max(row.separation, 0.0), v = u.along(block.n, row);
-            // First root τ of s + v τ + a τ²/2 = 0, in the form that does not cancel.
-            const Real d = v * v - 2 * a * s;
-            if (d < 0) continue;
-            const Real root = std::sqrt(d);
-            if (root - v <= 0) continue;
-            const Real tau = 2 * s / (root - v);
-            if (!(tau < h) || root == 0) continue;
-            // It arrives with −root, leaves with e root, and flies on for h − τ.
-            const Real rest = h - tau;
-            const Real lift = (block.restitution * root + 0.5 * a * rest) * rest;
-            if (lift <= 0) continue;  // back on the ground within the substep: it rests
-            row.lift = lift;
-            row.bounce = block.restitution * root + a * rest;
-        }
-    }
 }
 
 }  // namespace cairn

@@ -67,8 +67,9 @@ struct WarmImpulse {
     Real friction_first[2] = {0, 0};  // at the end of the first, or what it is taken to bear
 };
 
-// Which body the normal turns with.
-enum class NormalFrame : std::uint8_t { kWorld, kA, kB };
+// What the normal follows within a step: nothing, a body, or (where there is restitution) the direction between the core points of the
+// block's one point.
+enum class NormalFrame : std::uint8_t { kWorld, kA, kB, kCores };
 
 struct ContactBlock {
     int a = kImmovable;
@@ -171,9 +172,5 @@ enum class FirstFriction : std::uint8_t { kHalf, kHeld };
 
 // At the end of a substep: total += impulse, the warm impulses follow, impulse = 0.
 void close_contact_substep(ContactPool& pool, BlockRange range, FirstFriction first);
-
-// Restitution: finds for each row of the range with e > 0 whether its gap closes within h (at τ, gap and relative velocity taken along the
-// parabola of the external accelerations) and sets lift and bounce to where that leads, so the error of a bounce does not depend on τ.
-void predict_bounces(ContactPool& pool, BlockRange range, const SolverBodies& bodies, Real h);
 
 }  // namespace cairn

@@ -1,3 +1,4 @@
+#include "solver/bounce.hpp"
 #include "solver/contact_models.hpp"
 #include "solver/si_context.hpp"
 
@@ -55,7 +56,8 @@ void second_solve(SiContext& c) {
 }
 
 void substep_split(SiContext& c) {
-    if (c.island.has_bounce) predict_bounces(c.contacts, c.island.contacts, c.bodies, c.h);
+    if (c.island.has_bounce)
+        predict_bounces(c.contacts, c.island.contacts, c.bodies, c.h, c.settings.model.friction != FrictionModel::kPyramidFixed);
     first_solve(c);
     pushed_drift(c);
     second_solve(c);

@@ -1,4 +1,5 @@
 // The substep of the textbook, with every model of solver/si_model.hpp.
+#include "solver/bounce.hpp"
 #include "solver/contact_models.hpp"
 #include "solver/reference_methods.hpp"
 #include "solver/si_context.hpp"
@@ -46,7 +47,8 @@ void solve(SiContext& c, const RowTargets& targets) {
 void substep_textbook(SiContext& c) {
     const RowTargets targets = targets_of(c);
     const SiStabilisation stabilisation = c.settings.stabilisation;
-    if (c.island.has_bounce) predict_bounces(c.contacts, c.island.contacts, c.bodies, c.h);
+    if (c.island.has_bounce)
+        predict_bounces(c.contacts, c.island.contacts, c.bodies, c.h, c.settings.model.friction != FrictionModel::kPyramidFixed);
     kick(c.bodies, c.island.body_begin, c.island.dynamic_end, c.h);
     if (c.has_joints) {
         const Real beta = stabilisation == SiStabilisation::kNone ? 0 : c.settings.baumgarte;

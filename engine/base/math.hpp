@@ -31,6 +31,12 @@ inline Vec3 any_perpendicular(const Vec3& n) {
     return n.cross(e).normalized();
 }
 
+// v / ‖v‖, or `otherwise` where v is too short to have a direction.
+inline Vec3 direction_or(const Vec3& v, const Vec3& otherwise) {
+    const Real length = v.norm();
+    return length > 1e-150 ? Vec3(v / length) : otherwise;
+}
+
 // Rotation by the vector φ [rad]: axis φ/‖φ‖, angle ‖φ‖ (the exponential map of SO(3)).
 inline Quat exp_rotation(const Vec3& phi) {
     const Real angle2 = phi.squaredNorm();

@@ -1,3 +1,4 @@
+#include "solver/bounce.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/unit/solver/solver_support.hpp"
 
@@ -23,7 +24,7 @@ Island ball_over_plane(Real gap, Real v, Real restitution, Real gravity = kGravi
 }
 
 const NormalRow& predicted(Island& island, Real h) {
-    predict_bounces(island.contacts, island.range.contacts, island.bodies, h);
+    predict_bounces(island.contacts, island.range.contacts, island.bodies, h, true);
     return island.contacts.normals[0];
 }
 
