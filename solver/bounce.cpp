@@ -70,7 +70,8 @@ void turn_to_impact(ContactPool& pool, ContactBlock& block, const SolverBodies& 
         const Vec3 slip = u + t * a - va.w.cross(g.radius_a * block.n) - vb.w.cross(g.radius_b * block.n);
         pool.frictions[block.friction].t = slip - block.n * block.n.dot(slip);
     }
-    pool.normals[block.first].lift = 0;
+    // What is above zero tells build_block that n is that of an impact; the caller sets what it is.
+    pool.normals[block.first].lift = meets ? 1 : 0;
     build_block(pool, block, bodies);
 }
 
