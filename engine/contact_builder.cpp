@@ -153,9 +153,10 @@ CachedManifold& source_of(WorldData& world, int block) {
     return world.contacts.slots()[source.contact].manifold(static_cast<int>(source.manifold));
 }
 
-void prefetch_points(const CachedManifold& m) {
-    constexpr std::size_t kLine = 64, kMost = 2 * sizeof(CachedPoint);
-    for (std::size_t at = 0; at < kMost; at += kLine) __builtin_prefetch(reinterpret_cast<const char*>(m.points.data()) + at, 1);
+void prefetch_points(const CachedManifold& m, int count) {
+    constexpr std::size_t kLine = 64;
+    for (std::size_t at = 0; at < count * sizeof(CachedPoint); at += kLine)
+        __builtin_prefetch(reinterpret_cast<const char*>(m.points.data()) + at, 1);
 }
 
 // Batches take their blocks from anywhere, so the manifolds of those to come are asked for.
@@ -164,7 +165,7 @@ void store_wide(WorldData& world) {
     const WideContacts& wide = world.wide_contacts;
     for (int k = 0; k < wide.batch_count(); ++k) {
         for (int l = 0; k + kAhead < wide.batch_count() && l < wide.lanes_of(k + kAhead); ++l)
-            prefetch_points(source_of(world, wide.block_of(k + kAhead, l)));
+            prefetch_points(source_of(world, wide.block_of(k + kAhead, l)), world.contact_pool.blocks[wide.block_of(k + kAhead, l)].count);
         for (int l = 0; l < wide.lanes_of(k); ++l) {
             const ContactBlock& block = world.contact_pool.blocks[wide.block_of(k, l)];
             CachedManifold& m = source_of(world, wide.block_of(k, l));

@@ -40,7 +40,7 @@ void copy_column(double* to, const Mat3& m, int column) {
 
 bool WideContacts::plan(const ContactPool& pool, BlockRange range, int body_begin, int body_end) {
     const int count = range.end - range.begin;
-    if (count < kFewestBlocks) return false;
+    if (!kernel_ || count < kFewestBlocks) return false;
     grow(level_, count);
     grow(order_, count);
     next_level_.assign(body_end - body_begin, 0);
@@ -250,12 +250,12 @@ void WideContacts::copy_poses(const SolverBodies& bodies, int begin, int end) {
     }
 }
 
-const WideKernel& best_wide_kernel() {
+const WideKernel* best_wide_kernel() {
 #if defined(__x86_64__)
     static const bool has_avx2 = __builtin_cpu_supports("avx2");
-    if (has_avx2) return kAvx2WideKernel;
+    if (has_avx2) return &kAvx2WideKernel;
 #endif
-    return kPortableWideKernel;
+    return nullptr;
 }
 
 }  // namespace cairn

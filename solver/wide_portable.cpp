@@ -1,4 +1,4 @@
-// The wide kernels for every processor: on x86-64 with SSE2.
+// The wide kernels for every processor: what the others are tested against where there is none.
 #define CAIRN_WIDE_SET portable
 #include "solver/wide_build.hpp"
 
