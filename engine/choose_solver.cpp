@@ -38,19 +38,23 @@ bool is_quiet(const WorldData& world, int index, Real dt) {
     return true;
 }
 
-void collect_pairs(WorldData& world, const SiIsland& island) {
-    world.island_pairs.clear();
+void collect_pairs(IslandWorkspace& work, const SiIsland& island) {
+    work.island_pairs.clear();
     const auto local = [&](int body) { return body >= island.body_begin && body < island.dynamic_end ? body - island.body_begin : -1; };
     for (int k = island.contacts.begin; k < island.contacts.end; ++k) {
-        const int a = local(world.contact_pool.blocks[k].a), b = local(world.contact_pool.blocks[k].b);
-        if (a >= 0 && b >= 0) world.island_pairs.emplace_back(a, b);
+        const int a = local(work.contact_pool.blocks[k].a), b = local(work.contact_pool.blocks[k].b);
+        if (a >= 0 && b >= 0) work.island_pairs.emplace_back(a, b);
     }
 }
 
 DirectState& direct_state(WorldData& world, int index, double allowance) {
     const std::uint32_t key = world.islands.body_list()[world.islands.bodies(index).begin];
-    const auto [it, is_new] = world.direct_states.try_emplace(key);
-    DirectState& state = it->second;
+    const auto [state_of_key, is_new] = [&] {
+        const std::lock_guard lock(world.direct_mutex);
+        const auto [it, added] = world.direct_states.try_emplace(key);
+        return std::pair<DirectState*, bool>(&it->second, added);
+    }();
+    DirectState& state = *state_of_key;
     if (is_new) state.credit = kSavings * allowance;
     state.credit = std::min(state.credit + allowance, kSavings * allowance);
     state.last_step = world.step_count;
@@ -73,7 +77,7 @@ bool takes(SolverChoice solver, const SiIsland& island) {
     return true;
 }
 
-SolverPlan choose_solver(WorldData& world, int index, const SiIsland& island, Real dt) {
+SolverPlan choose_solver(WorldData& world, IslandWorkspace& work, int index, const SiIsland& island, Real dt) {
     SolverPlan plan{world.settings.solver, world.settings.substeps, nullptr};
     const bool forced = plan.solver != SolverChoice::kAuto;
     if (!forced) {
@@ -89,14 +93,14 @@ SolverPlan choose_solver(WorldData& world, int index, const SiIsland& island, Re
         plan.solver = SolverChoice::kSi;
         return plan;
     }
-    DirectState& state = direct_state(world, index, kAllowance * points_of(world.contact_pool, island.contacts).count());
+    DirectState& state = direct_state(world, index, kAllowance * points_of(work.contact_pool, island.contacts).count());
     if (!forced && (state.wait > 0 || (state.credit <= 0 && !quiet))) {
         state.wait = std::max(0, state.wait - 1);
         plan.solver = SolverChoice::kSi;
         return plan;
     }
-    collect_pairs(world, island);
-    state.cache.set_pattern(bodies, world.island_pairs);
+    collect_pairs(work, island);
+    state.cache.set_pattern(bodies, work.island_pairs);
     plan.direct = &state;
     if (quiet) plan.substeps = 1;
     return plan;

@@ -10,6 +10,7 @@
 namespace cairn {
 
 struct WorldData;
+struct IslandWorkspace;
 struct StepReport;
 
 // What the direct solver keeps for an island from step to step, by the island's lowest body: its factor, and how it fared. A function of
@@ -29,7 +30,7 @@ struct SolverPlan {
 };
 
 // The solver for island `index`, whose rows are in `island`. A forced solver is returned even if it cannot take the island.
-SolverPlan choose_solver(WorldData& world, int index, const SiIsland& island, Real dt);
+SolverPlan choose_solver(WorldData& world, IslandWorkspace& work, int index, const SiIsland& island, Real dt);
 
 // Whether a solver can solve an island at all.
 bool takes(SolverChoice solver, const SiIsland& island);

@@ -13,11 +13,11 @@ struct SolverBody {
     Transform X_SB;  // body frame in the solver body's frame
 };
 
-SolverBody solver_body(WorldData& world, std::uint32_t body, SiIsland& island) {
+SolverBody solver_body(WorldData& world, IslandWorkspace& work, std::uint32_t body, SiIsland& island) {
     const Body& b = world.bodies[body];
-    if (b.is_awake()) return {world.solver_index[body], Transform()};
+    if (b.is_awake()) return {work.solver_index[body], Transform()};
     if (b.type == BodyType::kKinematic && b.enabled)
-        return {world.solver_index[body] >= 0 ? world.solver_index[body] : add_kinematic(world, body, island), Transform()};
+        return {work.solver_index[body] >= 0 ? work.solver_index[body] : add_kinematic(world, work, body, island), Transform()};
     return {kImmovable, b.transform()};
 }
 
@@ -79,9 +79,9 @@ bool has_friction(const WorldData& world, const Contact& c) {
     return c.mu > 0 && world.settings.model.friction != FrictionModel::kNone;
 }
 
-void build_manifold(WorldData& world, Real dt, const Contact& c, CachedManifold& m, const SolverBody& a, const SolverBody& b,
-                    SiIsland& island) {
-    ContactPool& pool = world.contact_pool;
+void build_manifold(WorldData& world, IslandWorkspace& work, Real dt, const Contact& c, CachedManifold& m, const SolverBody& a,
+                    const SolverBody& b, SiIsland& island) {
+    ContactPool& pool = work.contact_pool;
     pool.make_room(m.count, 2 * m.count);
     ContactBlock block;
     block.a = a.index;
@@ -94,8 +94,8 @@ void build_manifold(WorldData& world, Real dt, const Contact& c, CachedManifold&
     block.n_local = block.frame == NormalFrame::kA   ? Vec3(a.X_SB.R * m.n_local)
                     : block.frame == NormalFrame::kB ? Vec3(b.X_SB.R * m.n_local)
                                                      : m.n;
-    block.inv_mass_a = world.solver_bodies.motion[a.index].inv_mass;
-    block.inv_mass_b = world.solver_bodies.motion[b.index].inv_mass;
+    block.inv_mass_a = work.solver_bodies.motion[a.index].inv_mass;
+    block.inv_mass_b = work.solver_bodies.motion[b.index].inv_mass;
     block.mu = c.mu;
     block.restitution = c.restitution;
     island.has_bounce |= c.restitution > 0;
@@ -107,17 +107,17 @@ void build_manifold(WorldData& world, Real dt, const Contact& c, CachedManifold&
         block.friction = static_cast<int>(pool.friction_count);
         pool.friction_count += 2 * m.count;
     }
-    const Pull pull = external_pull(world.solver_bodies, block, dt);
-    const Transform X_WA(world.solver_bodies.motion[a.index].R, world.solver_bodies.motion[a.index].x);
+    const Pull pull = external_pull(work.solver_bodies, block, dt);
+    const Transform X_WA(work.solver_bodies.motion[a.index].R, work.solver_bodies.motion[a.index].x);
     for (int i = 0; i < m.count; ++i) {
         const CachedPoint& p = m.points[i];
         const PointGeometry g{a.X_SB * p.core_a_A, b.X_SB * p.core_b_B, p.radius_a, p.radius_b};
         pool.geometry[block.first + i] = g;
         if (block.friction < 0) continue;
-        const Vec3 slip = slip_velocity(world.solver_bodies, block, X_WA * g.core_a_A - g.radius_a * m.n);
+        const Vec3 slip = slip_velocity(work.solver_bodies, block, X_WA * g.core_a_A - g.radius_a * m.n);
         pool.frictions[block.friction + 2 * i].t = model_tangent(friction, m.n, slip, pull.tangential, pull.scale, p.t1);
     }
-    orient_block(pool, block, world.solver_bodies);
+    orient_block(pool, block, work.solver_bodies);
     for (int i = 0; i < m.count; ++i) {
         CachedPoint& p = m.points[i];
         WarmImpulse& warm = pool.warm[block.first + i];
@@ -148,8 +148,8 @@ void store_friction(CachedPoint& p, const WarmImpulse& warm, const Vec3& t1, con
     p.warm_friction = warm.friction[0] * t1 + warm.friction[1] * t2;
 }
 
-CachedManifold& source_of(WorldData& world, int block) {
-    const auto& source = world.block_sources[block];
+CachedManifold& source_of(WorldData& world, IslandWorkspace& work, int block) {
+    const auto& source = work.block_sources[block];
     return world.contacts.slots()[source.contact].manifold(static_cast<int>(source.manifold));
 }
 
@@ -160,15 +160,16 @@ void prefetch_points(const CachedManifold& m, int count) {
 }
 
 // Batches take their blocks from anywhere, so the manifolds of those to come are asked for.
-void store_wide(WorldData& world) {
+void store_wide(WorldData& world, IslandWorkspace& work) {
     constexpr int kAhead = 2;  // batches
-    const WideContacts& wide = world.wide_contacts;
+    const WideContacts& wide = work.wide_contacts;
     for (int k = 0; k < wide.batch_count(); ++k) {
         for (int l = 0; k + kAhead < wide.batch_count() && l < wide.lanes_of(k + kAhead); ++l)
-            prefetch_points(source_of(world, wide.block_of(k + kAhead, l)), world.contact_pool.blocks[wide.block_of(k + kAhead, l)].count);
+            prefetch_points(source_of(world, work, wide.block_of(k + kAhead, l)),
+                            work.contact_pool.blocks[wide.block_of(k + kAhead, l)].count);
         for (int l = 0; l < wide.lanes_of(k); ++l) {
-            const ContactBlock& block = world.contact_pool.blocks[wide.block_of(k, l)];
-            CachedManifold& m = source_of(world, wide.block_of(k, l));
+            const ContactBlock& block = work.contact_pool.blocks[wide.block_of(k, l)];
+            CachedManifold& m = source_of(world, work, wide.block_of(k, l));
             for (int i = 0; i < block.count; ++i) {
                 const WideContacts::Result r = wide.result(k, l, i);
                 store_point(m.points[i], r.warm, r.total);
@@ -180,25 +181,26 @@ void store_wide(WorldData& world) {
 
 }  // namespace
 
-void build_contact_blocks(WorldData& world, Real dt, const std::vector<std::uint32_t>& order, int begin, int end, SiIsland& island) {
+void build_contact_blocks(WorldData& world, IslandWorkspace& work, Real dt, const std::vector<std::uint32_t>& order, int begin, int end,
+                          SiIsland& island) {
     for (int k = begin; k < end; ++k) {
         Contact& c = world.contacts.slots()[order[k]];
-        const SolverBody a = solver_body(world, c.body_a, island), b = solver_body(world, c.body_b, island);
+        const SolverBody a = solver_body(world, work, c.body_a, island), b = solver_body(world, work, c.body_b, island);
         for (int i = 0; i < c.manifold_count; ++i) {
             if (c.manifold(i).count == 0) continue;
-            build_manifold(world, dt, c, c.manifold(i), a, b, island);
-            world.block_sources.push_back({order[k], static_cast<std::uint32_t>(i)});
+            build_manifold(world, work, dt, c, c.manifold(i), a, b, island);
+            work.block_sources.push_back({order[k], static_cast<std::uint32_t>(i)});
         }
     }
-    island.contacts.end = static_cast<int>(world.contact_pool.blocks.size());
+    island.contacts.end = static_cast<int>(work.contact_pool.blocks.size());
 }
 
-void store_contact_impulses(WorldData& world, const SiIsland& island) {
-    if (world.is_island_wide) return store_wide(world);
-    const ContactPool& pool = world.contact_pool;
+void store_contact_impulses(WorldData& world, IslandWorkspace& work, const SiIsland& island) {
+    if (work.is_island_wide) return store_wide(world, work);
+    const ContactPool& pool = work.contact_pool;
     for (int k = island.contacts.begin; k < island.contacts.end; ++k) {
         const ContactBlock& block = pool.blocks[k];
-        CachedManifold& m = source_of(world, k);
+        CachedManifold& m = source_of(world, work, k);
         for (int i = 0; i < block.count; ++i) {
             const WarmImpulse& warm = pool.warm[block.first + i];
             store_point(m.points[i], warm, pool.total[block.first + i]);

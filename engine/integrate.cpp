@@ -2,6 +2,8 @@
 #include "engine/world_data.hpp"
 #include "solver/short_turn.hpp"
 
+#include <algorithm>
+
 namespace cairn {
 namespace {
 
@@ -39,61 +41,73 @@ void move_kinematic_bodies(WorldData& world, Real dt, StepReport& report) {
         if (!is_moving(body) && !world.info[i].motion) continue;
         const Quat turned =
             world.info[i].motion ? motion_rotation(world.info[i], world.time + dt) : Quat(exp_rotation(dt * body.w) * body.X_WB.q);
-        accept_state(world, i, {turned, body.X_WB.p + dt * body.v}, body.v, body.w, report);
+        if (!accept_state(body, {turned, body.X_WB.p + dt * body.v}, body.v, body.w)) world.broken.push_back(i);
     }
+    disable_broken(world, report);
     world.clock.lap(Phase::kIntegrate);
 }
 
 namespace {
 
-// With a force or torque of its own: half-kicks about the free rotation.
-void move_loaded(WorldData& world, std::uint32_t i, Real dt, StepReport& report) {
-    const Body& body = world.bodies[i];
+// With a force or torque of its own: half-kicks about the free rotation. False if that leads out of the finite numbers.
+bool move_loaded(const WorldData& world, Body& body, Real dt, StepReport& report) {
     const Vec3 a = external_acceleration(world, body);
     Pose pose{body.X_WB.q, body.X_WB.p + dt * body.v + (0.5 * dt * dt) * a};
     Vec3 w = body.w + body.R * (body.inv_inertia_B * (body.R.transpose() * (0.5 * dt * body.torque)));
     if (!w.isZero(0)) {
         rotate_free(pose.q, w, body.rotor, dt, rotor_stages(w, dt));
-        report.rotor_calls += body.rotor.kind != InertiaKind::kSpherical;
+        report.rotor_calls += !body.is_spherical;
     }
     w += pose.q * (body.inv_inertia_B * (pose.q.conjugate() * (0.5 * dt * body.torque)));
-    accept_state(world, i, pose, body.v + dt * a, w, report);
+    return accept_state(body, pose, body.v + dt * a, w);
+}
+
+// The same under gravity alone, for the many. fall: ½ g dt², gain: g dt.
+bool move_falling(Body& body, const Vec3& fall, const Vec3& gain, Real dt, StepReport& report) {
+    Pose pose{body.X_WB.q, body.X_WB.p + dt * body.v + fall};
+    const Vec3 v = body.v + gain;
+    Vec3 w = body.w;
+    const bool turns = !w.isZero(0);
+    if (turns && body.is_spherical) {
+        rotate_spherical(pose.q, w, dt);
+    } else if (turns) {
+        rotate_free(pose.q, w, body.rotor, dt, rotor_stages(w, dt));
+        ++report.rotor_calls;
+    }
+    // Finite where the sum is; else each number is looked at.
+    if (!std::isfinite(pose.p.sum() + v.sum() + w.sum() + pose.q.coeffs().sum())) return accept_state(body, pose, v, w);
+    body.X_WB = pose;
+    body.v = v;
+    body.w = w;
+    if (turns) body.R = pose.q.toRotationMatrix();
+    return true;
 }
 
 }  // namespace
 
 void move_free_bodies(WorldData& world, Real dt, StepReport& report) {
     const Vec3 fall = (0.5 * dt * dt) * world.settings.gravity, gain = dt * world.settings.gravity;
-    for (const std::uint32_t i : world.active.bodies.numbers()) {
-        Body& body = world.bodies[i];
-        if (!body.is_awake() || world.islands.is_member(i)) continue;
-        ++report.free_bodies;
-        if (body.has_load) {
-            move_loaded(world, i, dt, report);
-            continue;
+    const std::vector<std::uint32_t>& bodies = world.active.bodies.numbers();
+    constexpr int kChunk = 256;
+    const int count = static_cast<int>(bodies.size());
+    run_tasks(world.tasks.get(), (count + kChunk - 1) / kChunk, [&](int chunk, int worker) {
+        IslandWorkspace& work = world.workspaces[worker];
+        for (int k = chunk * kChunk; k < std::min(count, (chunk + 1) * kChunk); ++k) {
+            Body& body = world.bodies[bodies[k]];
+            if (!body.is_awake() || world.islands.is_member(bodies[k])) continue;
+            ++work.report.free_bodies;
+            if (!(body.has_load ? move_loaded(world, body, dt, work.report) : move_falling(body, fall, gain, dt, work.report)))
+                work.broken.push_back(bodies[k]);
         }
-        Pose pose{body.X_WB.q, body.X_WB.p + dt * body.v + fall};
-        const Vec3 v = body.v + gain;
-        Vec3 w = body.w;
-        const bool turns = !w.isZero(0);
-        if (turns) {
-            if (body.is_spherical) {
-                rotate_spherical(pose.q, w, dt);
-            } else {
-                rotate_free(pose.q, w, body.rotor, dt, rotor_stages(w, dt));
-                ++report.rotor_calls;
-            }
-        }
-        // Finite where the sum is; else each number is looked at.
-        if (!std::isfinite(pose.p.sum() + v.sum() + w.sum() + pose.q.coeffs().sum())) {
-            accept_state(world, i, pose, v, w, report);
-            continue;
-        }
-        body.X_WB = pose;
-        body.v = v;
-        body.w = w;
-        if (turns) body.R = pose.q.toRotationMatrix();
+    });
+    for (IslandWorkspace& work : world.workspaces) {
+        report.free_bodies += work.report.free_bodies;
+        report.rotor_calls += work.report.rotor_calls;
+        world.broken.insert(world.broken.end(), work.broken.begin(), work.broken.end());
+        work.report = {};
+        work.broken.clear();
     }
+    disable_broken(world, report);
 }
 
 }  // namespace cairn

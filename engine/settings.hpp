@@ -2,6 +2,7 @@
 #pragma once
 
 #include "engine/base/math.hpp"
+#include "engine/tasks.hpp"
 #include "solver/si_model.hpp"
 
 #include <cstdint>
@@ -33,7 +34,9 @@ struct WorldSettings {
     SiModel model;  // of sequential impulses
     bool sleep = false;
     bool profile = false;  // measure the stages of each step: StepReport::profile
-    int threads = 1;
+    int threads = 1;       // >= 1; more than one only if Cairn was built with oneTBB. The results are the same
+    // Runs the work instead of `threads`, if there is one (engine/tasks.hpp).
+    std::shared_ptr<TaskSystem> tasks;
 };
 
 }  // namespace cairn

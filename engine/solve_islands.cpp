@@ -16,7 +16,7 @@ SiSettings si_settings(const WorldSettings& s) {
     return out;
 }
 
-void add_dynamic(WorldData& world, std::uint32_t index) {
+void add_dynamic(WorldData& world, IslandWorkspace& work, std::uint32_t index) {
     const Body& body = world.bodies[index];
     BodyMotion m;
     m.x = body.X_WB.p;
@@ -29,62 +29,63 @@ void add_dynamic(WorldData& world, std::uint32_t index) {
     m.torque = body.torque;
     m.radius = body.radius;
     m.rotor = body.rotor;
-    world.solver_index[index] = world.solver_bodies.size();
-    world.solver_bodies.motion.push_back(m);
-    world.solver_bodies.velocity.push_back({body.v, body.w});
+    work.solver_index[index] = work.solver_bodies.size();
+    work.solver_bodies.motion.push_back(m);
+    work.solver_bodies.velocity.push_back({body.v, body.w});
 }
 
 // Index of a joint's body in the solver; what cannot move becomes the immovable body, its part of the geometry goes to world coordinates.
-int joint_body(const WorldData& world, std::uint32_t body, Vec3& anchor, Mat3& frame) {
+int joint_body(const WorldData& world, IslandWorkspace& work, std::uint32_t body, Vec3& anchor, Mat3& frame) {
     if (body == UINT32_MAX) return kImmovable;
     const Body& b = world.bodies[body];
-    if (world.solver_index[body] >= 0) return world.solver_index[body];
+    if (work.solver_index[body] >= 0) return work.solver_index[body];
     anchor = b.transform() * anchor;
     frame = b.R * frame;
     return kImmovable;
 }
 
 template <int N>
-void add_joint_block(WorldData& world, std::uint32_t index, std::vector<JointBlock<N>>& pool) {
+void add_joint_block(WorldData& world, IslandWorkspace& work, std::uint32_t index, std::vector<JointBlock<N>>& pool) {
     const Joint& joint = world.joints[index];
     JointBlock<N>& block = pool.emplace_back();
     block.geometry = joint.geometry;
-    block.a = joint_body(world, joint.body_a, block.geometry.anchor_a_A, block.geometry.frame_A);
-    block.b = joint_body(world, joint.body_b, block.geometry.anchor_b_B, block.geometry.frame_B);
+    block.a = joint_body(world, work, joint.body_a, block.geometry.anchor_a_A, block.geometry.frame_A);
+    block.b = joint_body(world, work, joint.body_b, block.geometry.anchor_b_B, block.geometry.frame_B);
     block.warm_first = joint.warm_first.head<N>();
     block.warm_second = joint.warm_second.head<N>();
     block.held_impulse.setZero();
     block.impulse.setZero();
     block.total.setZero();
-    world.joint_sources[static_cast<int>(joint.type)].push_back({index});
+    work.joint_sources[static_cast<int>(joint.type)].push_back({index});
 }
 
-void add_joint(WorldData& world, std::uint32_t index) {
-    JointPool& pool = world.joint_pool;
+void add_joint(WorldData& world, IslandWorkspace& work, std::uint32_t index) {
+    JointPool& pool = work.joint_pool;
     switch (world.joints[index].type) {
         case JointType::kBall:
-            add_joint_block<3>(world, index, pool.ball);
+            add_joint_block<3>(world, work, index, pool.ball);
             return;
         case JointType::kHinge:
-            add_joint_block<5>(world, index, pool.hinge);
+            add_joint_block<5>(world, work, index, pool.hinge);
             return;
         case JointType::kSlider:
-            add_joint_block<5>(world, index, pool.slider);
+            add_joint_block<5>(world, work, index, pool.slider);
             return;
         case JointType::kFixed:
-            add_joint_block<6>(world, index, pool.fixed);
+            add_joint_block<6>(world, work, index, pool.fixed);
             return;
         case JointType::kDistance:
-            add_joint_block<1>(world, index, pool.distance);
+            add_joint_block<1>(world, work, index, pool.distance);
             return;
     }
 }
 
 template <int N>
-void store_joints(WorldData& world, const std::vector<JointBlock<N>>& pool, JointType type, const JointRanges& ranges) {
+void store_joints(WorldData& world, IslandWorkspace& work, const std::vector<JointBlock<N>>& pool, JointType type,
+                  const JointRanges& ranges) {
     const int k = static_cast<int>(type);
     for (int i = ranges.begin[k]; i < ranges.end[k]; ++i) {
-        Joint& joint = world.joints[world.joint_sources[k][i]];
+        Joint& joint = world.joints[work.joint_sources[k][i]];
         joint.warm_first.head<N>() = pool[i].warm_first;
         joint.warm_second.head<N>() = pool[i].warm_second;
         joint.total.head<N>() = pool[i].total;
@@ -97,70 +98,72 @@ void joint_pool_sizes(const JointPool& pool, int sizes[5]) {
 }
 
 // An awake kinematic body that a joint holds enters the island like one that a contact touches.
-void add_joint_kinematics(WorldData& world, std::uint32_t index, SiIsland& island) {
+void add_joint_kinematics(WorldData& world, IslandWorkspace& work, std::uint32_t index, SiIsland& island) {
     for (std::uint32_t body : {world.joints[index].body_a, world.joints[index].body_b}) {
-        if (body == UINT32_MAX || world.bodies[body].type != BodyType::kKinematic || world.solver_index[body] >= 0) continue;
-        add_kinematic(world, body, island);
+        if (body == UINT32_MAX || world.bodies[body].type != BodyType::kKinematic || work.solver_index[body] >= 0) continue;
+        add_kinematic(world, work, body, island);
     }
 }
 
-SiIsland build_island(WorldData& world, int index, Real dt) {
+SiIsland build_island(WorldData& world, IslandWorkspace& work, int index, Real dt) {
     const IslandBuilder& islands = world.islands;
     SiIsland island;
-    island.body_begin = world.solver_bodies.size();
+    island.body_begin = work.solver_bodies.size();
     const IndexRange bodies = islands.bodies(index);
-    for (int k = bodies.begin; k < bodies.end; ++k) add_dynamic(world, islands.body_list()[k]);
-    island.dynamic_end = island.body_end = world.solver_bodies.size();
+    for (int k = bodies.begin; k < bodies.end; ++k) add_dynamic(world, work, islands.body_list()[k]);
+    island.dynamic_end = island.body_end = work.solver_bodies.size();
 
     const IndexRange joints = islands.items(index, IslandBuilder::kJoint);
-    joint_pool_sizes(world.joint_pool, island.joints.begin);
+    joint_pool_sizes(work.joint_pool, island.joints.begin);
     for (int k = joints.begin; k < joints.end; ++k) {
-        add_joint_kinematics(world, islands.item_list(IslandBuilder::kJoint)[k], island);
-        add_joint(world, islands.item_list(IslandBuilder::kJoint)[k]);
+        add_joint_kinematics(world, work, islands.item_list(IslandBuilder::kJoint)[k], island);
+        add_joint(world, work, islands.item_list(IslandBuilder::kJoint)[k]);
     }
-    joint_pool_sizes(world.joint_pool, island.joints.end);
+    joint_pool_sizes(work.joint_pool, island.joints.end);
 
-    island.contacts.begin = static_cast<int>(world.contact_pool.blocks.size());
+    island.contacts.begin = static_cast<int>(work.contact_pool.blocks.size());
     const IndexRange contacts = islands.items(index, IslandBuilder::kContact);
-    build_contact_blocks(world, dt, islands.item_list(IslandBuilder::kContact), contacts.begin, contacts.end, island);
-    for (std::uint32_t body : world.kinematic_used) world.solver_index[body] = -1;
-    world.kinematic_used.clear();
-    for (int k = bodies.begin; k < bodies.end; ++k) world.solver_index[islands.body_list()[k]] = -1;
+    build_contact_blocks(world, work, dt, islands.item_list(IslandBuilder::kContact), contacts.begin, contacts.end, island);
+    for (std::uint32_t body : work.kinematic_used) work.solver_index[body] = -1;
+    work.kinematic_used.clear();
+    for (int k = bodies.begin; k < bodies.end; ++k) work.solver_index[islands.body_list()[k]] = -1;
     return island;
 }
 
-void store_island(WorldData& world, int index, const SiIsland& island, StepReport& report) {
+void store_island(WorldData& world, IslandWorkspace& work, int index, const SiIsland& island) {
     const IndexRange bodies = world.islands.bodies(index);
     for (int k = bodies.begin; k < bodies.end; ++k) {
         const int i = island.body_begin + k - bodies.begin;
-        const BodyMotion& m = world.solver_bodies.motion[i];
-        accept_state(world, world.islands.body_list()[k], {m.q, m.x}, world.solver_bodies.velocity[i].v, world.solver_bodies.velocity[i].w,
-                     report);
+        const BodyMotion& m = work.solver_bodies.motion[i];
+        const std::uint32_t body = world.islands.body_list()[k];
+        const BodyVelocity& u = work.solver_bodies.velocity[i];
+        if (!accept_state(world.bodies[body], {m.q, m.x}, u.v, u.w)) work.broken.push_back(body);
     }
-    store_contact_impulses(world, island);
-    store_joints<3>(world, world.joint_pool.ball, JointType::kBall, island.joints);
-    store_joints<5>(world, world.joint_pool.hinge, JointType::kHinge, island.joints);
-    store_joints<5>(world, world.joint_pool.slider, JointType::kSlider, island.joints);
-    store_joints<6>(world, world.joint_pool.fixed, JointType::kFixed, island.joints);
-    store_joints<1>(world, world.joint_pool.distance, JointType::kDistance, island.joints);
+    store_contact_impulses(world, work, island);
+    store_joints<3>(world, work, work.joint_pool.ball, JointType::kBall, island.joints);
+    store_joints<5>(world, work, work.joint_pool.hinge, JointType::kHinge, island.joints);
+    store_joints<5>(world, work, work.joint_pool.slider, JointType::kSlider, island.joints);
+    store_joints<6>(world, work, work.joint_pool.fixed, JointType::kFixed, island.joints);
+    store_joints<1>(world, work, work.joint_pool.distance, JointType::kDistance, island.joints);
 }
 
-bool solve_by_rattle(WorldData& world, const SiIsland& island, Real dt, SiReport& counts) {
+bool solve_by_rattle(WorldData& world, IslandWorkspace& work, const SiIsland& island, Real dt, SiReport& counts) {
     RattleSettings settings;
     settings.warm_step = dt / world.settings.substeps;
-    const RattleReport solved = solve_island_rattle(world.rattle, world.solver_bodies, world.joint_pool, island, dt, settings);
+    const RattleReport solved = solve_island_rattle(work.rattle, work.solver_bodies, work.joint_pool, island, dt, settings);
     counts.rotor_calls += solved.rotor_calls;
     counts.joint_sweeps += solved.iterations + solved.factorisations;  // each is a pass over the rows
     return solved.ok();
 }
 
 // False: it did not converge and the island is as it was. One that is forced goes on with sweeps.
-bool solve_directly(WorldData& world, const SiIsland& island, Real dt, const SolverPlan& plan, SiReport& counts, StepReport& report) {
+bool solve_directly(WorldData& world, IslandWorkspace& work, const SiIsland& island, Real dt, const SolverPlan& plan, SiReport& counts,
+                    StepReport& report) {
     DirectSettings settings;
     settings.substeps = plan.substeps;
     if (world.settings.solver == SolverChoice::kDirect) settings.rescue_sweeps = 10;
-    const DirectReport solved = solve_island_direct(world.solver_bodies, world.contact_pool, island, dt, settings, plan.direct->cache);
-    note_direct(*plan.direct, points_of(world.contact_pool, island.contacts).count(), solved);
+    const DirectReport solved = solve_island_direct(work.solver_bodies, work.contact_pool, island, dt, settings, plan.direct->cache);
+    note_direct(*plan.direct, points_of(work.contact_pool, island.contacts).count(), solved);
     report.factorisations += solved.factorisations;
     counts.add(solved.si);
     counts.contact_sweeps += solved.passes;
@@ -168,39 +171,40 @@ bool solve_directly(WorldData& world, const SiIsland& island, Real dt, const Sol
     return !solved.taken_back;
 }
 
-void scale_warm_impulses(WorldData& world, const SiIsland& island, Real scale) {
+void scale_warm_impulses(IslandWorkspace& work, const SiIsland& island, Real scale) {
     if (scale == 1) return;
-    scale_warm_start(world.contact_pool, island.contacts, scale);
-    scale_warm_start(world.joint_pool, island.joints, scale);
+    scale_warm_start(work.contact_pool, island.contacts, scale);
+    scale_warm_start(work.joint_pool, island.joints, scale);
 }
 
 // False: a solver was forced that cannot solve this island; bodies and joints are as they were. `scale` is that of the warm impulses.
-bool solve_island(WorldData& world, int index, const SiIsland& island, Real dt, Real scale, SiReport& solved, StepReport& report) {
-    const SolverPlan plan = choose_solver(world, index, island, dt);
+bool solve_island(WorldData& world, IslandWorkspace& work, int index, const SiIsland& island, Real dt, Real scale, SiReport& solved,
+                  StepReport& report) {
+    const SolverPlan plan = choose_solver(world, work, index, island, dt);
     if (!takes(plan.solver, island)) return false;
     // The cache holds the impulses of a substep of the default length.
-    scale_warm_impulses(world, island, scale * world.settings.substeps / plan.substeps);
+    scale_warm_impulses(work, island, scale * world.settings.substeps / plan.substeps);
     SolverChoice solver = plan.solver;
     int substeps = plan.substeps;
     const SiSettings settings = si_settings(world.settings);
-    const bool wide = world.is_island_wide =
-        solver == SolverChoice::kSi && plan_wide(world.wide_contacts, world.contact_pool, island, settings);
-    if (!wide) build_contacts(world.contact_pool, island.contacts, world.solver_bodies);
-    if (solver == SolverChoice::kDirect && !solve_directly(world, island, dt, plan, solved, report)) {
-        scale_warm_impulses(world, island, static_cast<Real>(substeps) / world.settings.substeps);
+    const bool wide = work.is_island_wide =
+        solver == SolverChoice::kSi && plan_wide(work.wide_contacts, work.contact_pool, island, settings);
+    if (!wide) build_contacts(work.contact_pool, island.contacts, work.solver_bodies);
+    if (solver == SolverChoice::kDirect && !solve_directly(world, work, island, dt, plan, solved, report)) {
+        scale_warm_impulses(work, island, static_cast<Real>(substeps) / world.settings.substeps);
         solver = SolverChoice::kSi;
         substeps = world.settings.substeps;
     }
-    if (solver == SolverChoice::kRattle && !solve_by_rattle(world, island, dt, solved)) {
+    if (solver == SolverChoice::kRattle && !solve_by_rattle(world, work, island, dt, solved)) {
         if (world.settings.solver == SolverChoice::kRattle) return false;
         solver = SolverChoice::kSi;
     }
     if (solver == SolverChoice::kSi) {
-        if (!island.joints.empty()) build_joints(world.joint_pool, island.joints, world.solver_bodies);
-        solved.add(solve_island_si(world.solver_bodies, world.contact_pool, world.joint_pool, island, dt, settings,
-                                   wide ? &world.wide_contacts : nullptr));
+        if (!island.joints.empty()) build_joints(work.joint_pool, island.joints, work.solver_bodies);
+        solved.add(solve_island_si(work.solver_bodies, work.contact_pool, work.joint_pool, island, dt, settings,
+                                   wide ? &work.wide_contacts : nullptr));
     }
-    scale_warm_impulses(world, island, static_cast<Real>(substeps) / world.settings.substeps);
+    scale_warm_impulses(work, island, static_cast<Real>(substeps) / world.settings.substeps);
     ++report.islands_of[static_cast<int>(solver)];
     return true;
 }
@@ -218,31 +222,31 @@ void refuse_island(const WorldData& world, int index, StepReport& report) {
     report.refused_body = std::min(report.refused_body, world.islands.body_list()[world.islands.bodies(index).begin]);
 }
 
-void clear_rows(WorldData& world) {
-    world.solver_bodies.clear();
-    world.solver_bodies.motion.emplace_back();  // kImmovable
-    world.solver_bodies.velocity.emplace_back();
-    world.contact_pool.clear();
-    world.joint_pool.clear();
-    world.block_sources.clear();
-    for (auto& sources : world.joint_sources) sources.clear();
-    world.solver_index.resize(world.bodies.size(), -1);
+void clear_rows(WorldData& world, IslandWorkspace& work) {
+    work.solver_bodies.clear();
+    work.solver_bodies.motion.emplace_back();  // kImmovable
+    work.solver_bodies.velocity.emplace_back();
+    work.contact_pool.clear();
+    work.joint_pool.clear();
+    work.block_sources.clear();
+    for (auto& sources : work.joint_sources) sources.clear();
+    work.solver_index.resize(world.bodies.size(), -1);
 }
 
 }  // namespace
 
-int add_kinematic(WorldData& world, std::uint32_t body, SiIsland& island) {
+int add_kinematic(WorldData& world, IslandWorkspace& work, std::uint32_t body, SiIsland& island) {
     const Body& b = world.bodies[body];
     BodyMotion motion;
     motion.x = b.X_WB.p;
     motion.q = b.X_WB.q;
     motion.R = b.R;
-    world.solver_bodies.motion.push_back(motion);
-    world.solver_bodies.velocity.push_back({b.v, b.w});
-    world.solver_index[body] = world.solver_bodies.size() - 1;
-    world.kinematic_used.push_back(body);
-    island.body_end = world.solver_bodies.size();
-    return world.solver_index[body];
+    work.solver_bodies.motion.push_back(motion);
+    work.solver_bodies.velocity.push_back({b.v, b.w});
+    work.solver_index[body] = work.solver_bodies.size() - 1;
+    work.kinematic_used.push_back(body);
+    island.body_end = work.solver_bodies.size();
+    return work.solver_index[body];
 }
 
 void build_islands(WorldData& world, StepReport& report) {
@@ -267,29 +271,59 @@ void build_islands(WorldData& world, StepReport& report) {
     world.clock.lap(Phase::kIslands);
 }
 
+namespace {
+
+// Everything that an island reads but does not own stays as it is meanwhile; what it writes, its bodies, contacts and joints, is its own.
+void step_island(WorldData& world, IslandWorkspace& work, int index, Real dt, Real scale, PhaseClock* clock) {
+    clear_rows(world, work);
+    const SiIsland island = build_island(world, work, index, dt);
+    if (clock != nullptr) clock->lap(Phase::kRows);
+    const bool is_solved = solve_island(world, work, index, island, dt, scale, work.solved, work.report);
+    if (clock != nullptr) clock->lap(Phase::kSolve);
+    work.report.normal_rows += static_cast<std::uint32_t>(work.contact_pool.point_count);
+    work.report.friction_rows += static_cast<std::uint32_t>(work.contact_pool.friction_count);
+    if (!is_solved) {
+        refuse_island(world, index, work.report);
+        return;
+    }
+    store_island(world, work, index, island);
+    if (clock != nullptr) clock->lap(Phase::kStore);
+    work.report.joint_rows += static_cast<std::uint32_t>(island.joints.rows());
+}
+
+// Sums, and the largest residuals: the same whoever solved what.
+void take_report(WorldData& world, IslandWorkspace& work, SiReport& solved, StepReport& report) {
+    const StepReport& r = work.report;
+    report.ok &= r.ok;
+    for (int k = 0; k < kSolverChoices; ++k) report.islands_of[k] += r.islands_of[k];
+    report.islands_refused += r.islands_refused;
+    report.refused_body = std::min(report.refused_body, r.refused_body);
+    report.normal_rows += r.normal_rows;
+    report.friction_rows += r.friction_rows;
+    report.joint_rows += r.joint_rows;
+    report.factorisations += r.factorisations;
+    solved.add(work.solved);
+    world.broken.insert(world.broken.end(), work.broken.begin(), work.broken.end());
+    work.report = {};
+    work.solved = {};
+    work.broken.clear();
+}
+
+}  // namespace
+
 void solve_islands(WorldData& world, Real dt, StepReport& report) {
     if (world.islands.count() == 0) return;
-    clear_rows(world);
     forget_direct_states(world);
     // Impulses of a substep scale with its length. Those of a far shorter one are rounding noise, which would be made great.
     constexpr Real kMostGrowth = 1e3;
     const Real growth = world.last_dt > 0 ? dt / world.last_dt : 1, scale = growth > kMostGrowth ? 0 : growth;
+    PhaseClock* const clock = world.tasks == nullptr ? &world.clock : nullptr;  // it has one hand
+    run_tasks(world.tasks.get(), world.islands.count(),
+              [&](int index, int worker) { step_island(world, world.workspaces[worker], index, dt, scale, clock); });
+    world.clock.lap(Phase::kSolve);
     SiReport solved;
-    for (int i = 0; i < world.islands.count(); ++i) {
-        const SiIsland island = build_island(world, i, dt);
-        world.clock.lap(Phase::kRows);
-        const bool is_solved = solve_island(world, i, island, dt, scale, solved, report);
-        world.clock.lap(Phase::kSolve);
-        if (!is_solved) {
-            refuse_island(world, i, report);
-            continue;
-        }
-        store_island(world, i, island, report);
-        world.clock.lap(Phase::kStore);
-        report.joint_rows += static_cast<std::uint32_t>(island.joints.rows());
-    }
-    report.normal_rows = static_cast<std::uint32_t>(world.contact_pool.point_count);
-    report.friction_rows = static_cast<std::uint32_t>(world.contact_pool.friction_count);
+    for (IslandWorkspace& work : world.workspaces) take_report(world, work, solved, report);
+    disable_broken(world, report);
     report.contact_sweeps = solved.contact_sweeps;
     report.joint_sweeps = solved.joint_sweeps;
     report.rotor_calls += solved.rotor_calls;

@@ -42,6 +42,8 @@ World::World(const WorldSettings& settings) {
     check_settings(settings);
     impl_ = std::make_unique<Impl>();
     impl_->data.settings = settings;
+    impl_->data.tasks = settings.tasks ? settings.tasks : make_task_system(settings.threads);
+    impl_->data.workspaces.resize(impl_->data.tasks ? impl_->data.tasks->workers() : 1);
 }
 World::~World() = default;
 World::World(World&&) noexcept = default;

@@ -260,19 +260,24 @@ void disable_body(WorldData& world, std::uint32_t index) {
     body.w.setZero();
 }
 
-void accept_state(WorldData& world, std::uint32_t index, const Pose& pose, const Vec3& v, const Vec3& w, StepReport& report) {
-    if (!(is_finite(pose.p) && is_finite(pose.q) && is_finite(v) && is_finite(w))) {
-        disable_body(world, index);
-        ++report.bodies_disabled;
-        report.ok = false;
-        return;
-    }
-    Body& body = world.bodies[index];
+bool accept_state(Body& body, const Pose& pose, const Vec3& v, const Vec3& w) {
+    if (!(is_finite(pose.p) && is_finite(pose.q) && is_finite(v) && is_finite(w))) return false;
     body.X_WB = pose;
     body.X_WB.q.normalize();
     body.R = body.X_WB.q.toRotationMatrix();
     body.v = v;
     body.w = w;
+    return true;
+}
+
+void disable_broken(WorldData& world, StepReport& report) {
+    std::sort(world.broken.begin(), world.broken.end());
+    for (const std::uint32_t body : world.broken) {
+        disable_body(world, body);
+        ++report.bodies_disabled;
+        report.ok = false;
+    }
+    world.broken.clear();
 }
 
 }  // namespace cairn

@@ -7,10 +7,12 @@
 #include "engine/choose_solver.hpp"
 #include "engine/contact_store.hpp"
 #include "engine/island.hpp"
+#include "engine/tasks.hpp"
 #include "engine/world.hpp"
 #include "solver/rattle.hpp"
 
 #include <limits>
+#include <mutex>
 #include <string>
 #include <unordered_map>
 #include <vector>
@@ -116,6 +118,24 @@ struct JointSource {
     std::uint32_t joint = 0;
 };
 
+// What one worker solves islands with, one after the other, and what it has counted. Kept for its memory.
+struct IslandWorkspace {
+    SolverBodies solver_bodies;
+    ContactPool contact_pool;
+    WideContacts wide_contacts;
+    bool is_island_wide = false;  // the island that is being solved: its impulses are in wide_contacts
+    JointPool joint_pool;
+    RattleWorkspace rattle;
+    std::vector<BlockSource> block_sources;
+    std::vector<std::uint32_t> joint_sources[5];
+    std::vector<int> solver_index;  // body → index in solver_bodies, this island; else −1
+    std::vector<std::uint32_t> kinematic_used;
+    std::vector<std::pair<int, int>> island_pairs;
+    SiReport solved;
+    StepReport report;
+    std::vector<std::uint32_t> broken;
+};
+
 struct WorldData {
     WorldSettings settings;
     Real time = 0;
@@ -135,22 +155,15 @@ struct WorldData {
     Real last_dt = 0;
     std::uint64_t step_count = 0;
     std::unordered_map<std::uint32_t, DirectState> direct_states;  // by the lowest body of the island
+    std::mutex direct_mutex;                                       // of the map, not of what is in it
+    std::shared_ptr<TaskSystem> tasks;                             // null: all on the calling thread
 
     // Scratch of a step: kept for its memory.
     std::vector<ProxyPair> begun, ended;
     std::vector<Manifold> fresh;
     IslandBuilder islands;
-    SolverBodies solver_bodies;
-    ContactPool contact_pool;
-    WideContacts wide_contacts;
-    bool is_island_wide = false;  // the island that is being solved: its impulses are in wide_contacts
-    JointPool joint_pool;
-    RattleWorkspace rattle;
-    std::vector<BlockSource> block_sources;
-    std::vector<std::uint32_t> joint_sources[5];
-    std::vector<int> solver_index;  // body → index in solver_bodies, this island; else −1
-    std::vector<std::uint32_t> kinematic_used;
-    std::vector<std::pair<int, int>> island_pairs;
+    std::vector<IslandWorkspace> workspaces;  // one per worker
+    std::vector<std::uint32_t> broken;        // bodies that have gone non-finite in this step
     PhaseClock clock;
 };
 
@@ -173,14 +186,17 @@ void move_kinematic_bodies(WorldData& world, Real dt, StepReport& report);
 void put_to_sleep(WorldData& world, Real dt, StepReport& report);
 
 // Adds an island's own copy of a kinematic body; returns its index in solver_bodies.
-int add_kinematic(WorldData& world, std::uint32_t body, SiIsland& island);
+int add_kinematic(WorldData& world, IslandWorkspace& work, std::uint32_t body, SiIsland& island);
 
 // Rows of the manifolds and joints of one island; bodies must be in solver_bodies and solver_index. `range` gets the blocks.
-void build_contact_blocks(WorldData& world, Real dt, const std::vector<std::uint32_t>& order, int begin, int end, SiIsland& island);
-void store_contact_impulses(WorldData& world, const SiIsland& island);
+void build_contact_blocks(WorldData& world, IslandWorkspace& work, Real dt, const std::vector<std::uint32_t>& order, int begin, int end,
+                          SiIsland& island);
+void store_contact_impulses(WorldData& world, IslandWorkspace& work, const SiIsland& island);
 
-// Writes the new state of a dynamic body unless it is not finite: then the body stays where it was, is disabled and reported.
-void accept_state(WorldData& world, std::uint32_t body, const Pose& pose, const Vec3& v, const Vec3& w, StepReport& report);
+// Writes a body's new state. False if it is not finite: then the body stays where it was, and disable_broken has to be told.
+bool accept_state(Body& body, const Pose& pose, const Vec3& v, const Vec3& w);
+// Takes the bodies in WorldData::broken, in any order, out of the world and reports them.
+void disable_broken(WorldData& world, StepReport& report);
 void disable_body(WorldData& world, std::uint32_t body);
 void wake_group(WorldData& world, std::uint32_t body);
 // Wakes what has a contact with the body, touching or near.

@@ -5,6 +5,7 @@ cairn_packages=(
     g++ cmake ninja-build                                # CMake >= 3.25, a C++20 compiler
     libeigen3-dev libfcl-dev libccd-dev libqhull-dev     # the engine
     nlohmann-json3-dev libcli11-dev libfmt-dev           # scene files, the command line
+    libtbb-dev                                           # threads (optional: CAIRN_TBB=OFF builds without)
     catch2                                               # the tests
 )
 # What `cairn bench` compares with and draws with. Everything works without.
