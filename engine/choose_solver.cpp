@@ -7,17 +7,19 @@
 namespace cairn {
 namespace {
 
-// Above so many bodies the direct solver is only tried on what hardly moves (what tumbles changes its active set in every step), and above
-// so many not at all: the factor's cost grows faster than a sweep's.
+// Above so many bodies the direct solver is only tried on what hardly moves (what tumbles changes its active set in every step), above so
+// many only as far as the island has saved what it costs, and above so many not at all.
 constexpr int kSmallIsland = 64;
-constexpr int kLargestIsland = 300;
+constexpr int kFreeIsland = 300;
+constexpr int kLargestIsland = 6000;
 // Costs in products of 6 × 6 blocks, per contact point: a step of sequential impulses, the direct solver's matrix, step and pass.
 constexpr double kAllowance = 7;
 constexpr double kMatrixCost = 3;
 constexpr double kStepCost = 0.4;
 constexpr double kPassCost = 0.2;
-// A block of the factor, read twice in a solve.
+// A block of the factor, read twice in a solve; found, when the pairs are others.
 constexpr double kBlockCost = 0.35;
+constexpr double kOrderingCost = 2;
 // Steps' worth of allowance that an island starts with, and may save.
 constexpr double kSavings = 40;
 constexpr int kLongestWait = 64;
@@ -61,6 +63,15 @@ DirectState& direct_state(WorldData& world, int index, double allowance) {
     return state;
 }
 
+double factorisation_cost(const DirectState& state, int points) {
+    return static_cast<double>(state.cache.factor.products()) + kMatrixCost * points;
+}
+
+void wait_longer(DirectState& state) {
+    state.wait = state.penalty;
+    state.penalty = std::min(2 * state.penalty, kLongestWait);
+}
+
 }  // namespace
 
 bool takes(SolverChoice solver, const SiIsland& island) {
@@ -93,14 +104,26 @@ SolverPlan choose_solver(WorldData& world, IslandWorkspace& work, int index, con
         plan.solver = SolverChoice::kSi;
         return plan;
     }
-    DirectState& state = direct_state(world, index, kAllowance * points_of(work.contact_pool, island.contacts).count());
-    if (!forced && (state.wait > 0 || (state.credit <= 0 && !quiet))) {
+    const int points = points_of(work.contact_pool, island.contacts).count();
+    DirectState& state = direct_state(world, index, kAllowance * points);
+    const bool charged = !forced && (!quiet || bodies > kFreeIsland);
+    if (!forced && (state.wait > 0 || (charged && state.credit <= 0))) {
         state.wait = std::max(0, state.wait - 1);
         plan.solver = SolverChoice::kSi;
         return plan;
     }
     collect_pairs(work, island);
-    state.cache.set_pattern(bodies, work.island_pairs);
+    const bool reordered = state.cache.set_pattern(bodies, work.island_pairs);
+    if (reordered && bodies > kFreeIsland) state.credit -= kOrderingCost * static_cast<double>(state.cache.factor.blocks());
+    if (charged && bodies > kFreeIsland) {
+        const double affordable = state.credit / factorisation_cost(state, points);
+        if (!state.cache.has_factor && affordable < 1) {
+            wait_longer(state);
+            plan.solver = SolverChoice::kSi;
+            return plan;
+        }
+        plan.most_factorisations = static_cast<int>(std::clamp(affordable, 0.0, 1e6));
+    }
     plan.direct = &state;
     if (quiet) plan.substeps = 1;
     return plan;
@@ -109,14 +132,13 @@ SolverPlan choose_solver(WorldData& world, IslandWorkspace& work, int index, con
 void note_direct(DirectState& state, int points, const DirectReport& report) {
     const BlockCholesky& factor = state.cache.factor;
     const double n = points;
-    state.credit -= static_cast<double>(report.factorisations) * (static_cast<double>(factor.products()) + kMatrixCost * n) +
+    state.credit -= static_cast<double>(report.factorisations) * factorisation_cost(state, points) +
                     static_cast<double>(report.newton_steps) * (kBlockCost * static_cast<double>(factor.blocks()) + kStepCost * n) +
                     static_cast<double>(report.passes) * kPassCost * n;
     if (report.converged) {
         state.penalty = std::max(1, state.penalty / 2);
     } else {
-        state.wait = state.penalty;
-        state.penalty = std::min(2 * state.penalty, kLongestWait);
+        wait_longer(state);
     }
 }
 

@@ -27,6 +27,7 @@ struct SolverPlan {
     SolverChoice solver = SolverChoice::kSi;
     int substeps = 1;
     DirectState* direct = nullptr;
+    int most_factorisations = DirectSettings{}.most_factorisations;
 };
 
 // The solver for island `index`, whose rows are in `island`. A forced solver is returned even if it cannot take the island.

@@ -161,6 +161,7 @@ bool solve_directly(WorldData& world, IslandWorkspace& work, const SiIsland& isl
                     StepReport& report) {
     DirectSettings settings;
     settings.substeps = plan.substeps;
+    settings.most_factorisations = plan.most_factorisations;
     if (world.settings.solver == SolverChoice::kDirect) settings.rescue_sweeps = 10;
     const DirectReport solved = solve_island_direct(work.solver_bodies, work.contact_pool, island, dt, settings, plan.direct->cache);
     note_direct(*plan.direct, points_of(work.contact_pool, island.contacts).count(), solved);

@@ -144,17 +144,20 @@ bool substep(Context& c, bool is_first) {
 
 }  // namespace
 
-void DirectCache::set_pattern(int bodies, const std::vector<std::pair<int, int>>& new_pairs) {
-    if (bodies == bodies_ && new_pairs == pairs) return;
+bool DirectCache::set_pattern(int bodies, const std::vector<std::pair<int, int>>& new_pairs) {
+    if (bodies == bodies_ && new_pairs == pairs) return false;
     bodies_ = bodies;
     pairs = new_pairs;
     factor.analyse(bodies, pairs);
     has_factor = false;
+    weight_scale = 1;
+    return true;
 }
 
 void DirectCache::add_to(Hasher& hasher) const {
     hasher.add_word(disturbed);
     hasher.add_word(has_factor);
+    hasher.add(weight_scale);
     if (!has_factor) return;
     for (const Real value : factor.values()) hasher.add(value);
     for (const char state : factored_active) hasher.add_word(static_cast<std::uint64_t>(state));
@@ -166,6 +169,7 @@ DirectReport solve_island_direct(SolverBodies& bodies, ContactPool& contacts, co
     Context c{bodies, contacts, island, settings, cache, scratch, dt / settings.substeps, {}};
     bodies.push.resize(bodies.velocity.size());
     save_velocities(c);
+    scratch.factorisations_left = settings.most_factorisations;
     for (int k = 0; k < settings.substeps; ++k) {
         if (!substep(c, k == 0)) {
             take_back(c);

@@ -22,16 +22,17 @@ namespace cairn {
 
 struct DirectSettings {
     int substeps = 4;
-    Real tolerance = 1e-11;        // [m/s], natural residual at which a solve ends
-    int most_updates = 8;          // of the multipliers, per solve
-    int most_newton_steps = 16;    // per update
-    Real start_tolerance = 1e-7;   // [m/s], with which it need not begin, and may end where rounding lets it fall no further
-    Real rest_tolerance = 1e-9;    // [m/s], with which it need not begin in a step after one that had to
-    Real good_contraction = 0.03;  // of the residual in an update: below start_tolerance, a slower one is not gone on with
-    Real weight = 1e6;             // D in units of a row's effective mass
-    Real contact_push = 0.1;       // share of a penetration that a substep takes back
-    Real rebuild_angle = 1e-3;     // [rad], as SiSettings
-    int rescue_sweeps = 0;         // of sequential impulses over a solve that did not converge; 0: the step is taken back instead
+    Real tolerance = 1e-11;             // [m/s], natural residual at which a solve ends
+    int most_updates = 8;               // of the multipliers, per solve
+    int most_newton_steps = 16;         // per update
+    int most_factorisations = 1000000;  // in a step
+    Real start_tolerance = 1e-7;        // [m/s], with which it need not begin, and may end where rounding lets it fall no further
+    Real rest_tolerance = 1e-9;         // [m/s], with which it need not begin in a step after one that had to
+    Real good_contraction = 0.03;       // of the residual in an update: below start_tolerance, a slower one is not gone on with
+    Real weight = 1e6;                  // D in units of a row's effective mass
+    Real contact_push = 0.1;            // share of a penetration that a substep takes back
+    Real rebuild_angle = 1e-3;          // [rad], as SiSettings
+    int rescue_sweeps = 0;              // of sequential impulses over a solve that did not converge; 0: the step is taken back instead
 };
 
 // What an island keeps from step to step, and the solver's memory.
@@ -40,12 +41,13 @@ public:
     // What the next solve depends on.
     void add_to(Hasher& hasher) const;
 
-    // Makes the ordering anew if the island's pairs are others than the last time. `pairs` are dynamic bodies counted from the island's
-    // first.
-    void set_pattern(int bodies, const std::vector<std::pair<int, int>>& pairs);
+    // Makes the ordering anew if the island's pairs are others than the last time, and says so. `pairs` are dynamic bodies counted from the
+    // island's first.
+    bool set_pattern(int bodies, const std::vector<std::pair<int, int>>& pairs);
 
     BlockCholesky factor;
     bool has_factor = false;
+    Real weight_scale = 1;              // on DirectSettings::weight
     bool disturbed = false;             // the last step has changed impulses, some of which may have changed velocities
     std::vector<char> factored_active;  // rows in H when it was factorised
     std::vector<std::pair<int, int>> pairs;

@@ -34,13 +34,13 @@ void DirectProblem::set_rows() {
             const PointImpulse& impulse = pool_.impulse[block.first + i];
             const Real b = target(normal);
             const bool held = b > -kUnbounded;
-            row[0] = {held ? b : 0, 0, held ? kUnbounded : 0, impulse.normal, impulse.normal, settings_.weight * normal.mass};
+            row[0] = {held ? b : 0, 0, held ? kUnbounded : 0, impulse.normal, impulse.normal, weight_ * normal.mass};
             for (int j = 0; j < 2; ++j) {
                 row[1 + j] = {};
                 if (block.friction < 0) continue;
                 const Real start = impulse.friction[j], mass = pool_.frictions[block.friction + 2 * i + j].mass;
                 const Real bound = friction_bound(block, impulse.normal, start, mass);
-                row[1 + j] = {0, -bound, bound, start, start, settings_.weight * mass};
+                row[1 + j] = {0, -bound, bound, start, start, weight_ * mass};
             }
         }
     });

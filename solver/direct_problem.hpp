@@ -20,13 +20,14 @@ inline Real closing_velocity(const NormalRow& row, Real h, Real exact) {
 
 class DirectProblem {
 public:
-    DirectProblem(SolverBodies& bodies, ContactPool& pool, const SiIsland& island, DirectGoal goal, Real h, const DirectSettings& settings,
-                  DirectScratch& scratch)
+    DirectProblem(SolverBodies& bodies, ContactPool& pool, const SiIsland& island, DirectGoal goal, Real h, Real weight,
+                  const DirectSettings& settings, DirectScratch& scratch)
         : bodies_(bodies),
           pool_(pool),
           island_(island),
           goal_(goal),
           h_(h),
+          weight_(weight),
           settings_(settings),
           s_(scratch),
           points_(points_of(pool, island.contacts)),
@@ -100,6 +101,7 @@ protected:
     const SiIsland& island_;
     DirectGoal goal_;
     Real h_;
+    Real weight_;  // D in units of a row's effective mass
     const DirectSettings& settings_;
     DirectScratch& s_;
     PointRange points_;

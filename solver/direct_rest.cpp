@@ -11,11 +11,12 @@ using Velocities = std::vector<BodyVelocity>;
 // Largest residual of a row by what geometry and impulses say, velocities being zero; infinite where impulses are not what the second
 // solve starts with, or not within the bounds.
 Real point_residual(const ContactPool& pool, const ContactBlock& block, int i, Real h, Real exact) {
+    constexpr Real kRounding = 1e-12;
     const PointImpulse& impulse = pool.impulse[block.first + i];
     const WarmImpulse& warm = pool.warm[block.first + i];
     bool even = warm.velocity == warm.position;
     for (int j = 0; block.friction >= 0 && j < 2; ++j) {
-        const Real bound = block.mu * impulse.normal + 0.5 * exact * pool.frictions[block.friction + 2 * i + j].mass;
+        const Real bound = (1 + kRounding) * block.mu * impulse.normal;
         even &= warm.friction[j] == 2 * warm.friction_first[j] && std::abs(impulse.friction[j]) <= bound;
     }
     if (!even) return std::numeric_limits<Real>::infinity();

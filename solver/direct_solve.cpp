@@ -9,6 +9,7 @@ namespace cairn {
 namespace {
 
 constexpr int kUpdatesWithMovingBounds = 4;
+constexpr Real kMostWeightScale = 1e4;
 // Newton steps at full length before the line search sets in: as a rule the active set settles by then.
 constexpr int kFullSteps = 6;
 constexpr Real kSmallChange = 1e-5;  // [m/s]
@@ -18,7 +19,9 @@ class Solve : DirectProblem {
 public:
     Solve(SolverBodies& bodies, ContactPool& pool, const SiIsland& island, DirectGoal goal, Real h, const DirectSettings& settings,
           DirectCache& cache, DirectScratch& scratch, DirectReport& report)
-        : DirectProblem(bodies, pool, island, goal, h, settings, scratch), cache_(cache), report_(report) {}
+        : DirectProblem(bodies, pool, island, goal, h, settings.weight * cache.weight_scale, settings, scratch),
+          cache_(cache),
+          report_(report) {}
 
     bool run(Real enough) {
         set_rows();
@@ -62,8 +65,10 @@ private:
         for (std::size_t k = 0; k < set.size(); ++k) set[k] = state_of(s_.rows[k]);
     }
 
-    // H of the active rows, factorised.
+    // H of the active rows, factorised. False if it cannot be, or no more of them may be.
     bool factorise() {
+        cache_.has_factor = false;
+        if (--s_.factorisations_left < 0) return false;
         BlockCholesky& factor = cache_.factor;
         factor.set_zero();
         for (int i = 0; i < count(); ++i) {
@@ -167,19 +172,38 @@ private:
         return low > 0 ? low : high;
     }
 
+    // The same rows over and over, and hardly better: bodies much heavier than the lightest of a row's two, or many of them that sway as
+    // one, want a larger D. It stays, for it takes little to raise it and much to find out.
+    void raise_weights() {
+        constexpr Real kRaise = 100;
+        for (DirectRow& row : s_.rows) row.weight *= kRaise;
+        cache_.weight_scale *= kRaise;
+        cache_.has_factor = false;
+        pass(true);
+    }
+
     // Updates of λ̂ until the residual is below the tolerance or does not fall any more. Returns it.
     Real update_multipliers(Real residual) {
         for (int update = 0; update < settings_.most_updates; ++update) {
+            const std::uint64_t steps_before = report_.newton_steps;
             if (!minimise()) {
                 restore();
                 return kUnbounded;
             }
+            const bool one_step = report_.newton_steps == steps_before + 1;
             accept(update < kUpdatesWithMovingBounds);
             const Real before = residual;
             residual = pass(true);
             if (residual <= settings_.tolerance) break;
-            if (residual <= settings_.start_tolerance && residual > settings_.good_contraction * before) break;
-            if (!fresh_ && residual > 0.1 * before) cache_.has_factor = false;
+            const bool slow = residual > 0.1 * before && cache_.weight_scale < kMostWeightScale;
+            if (residual <= settings_.start_tolerance && residual > settings_.good_contraction * before) {
+                if (slow && one_step && before > 0.1 * settings_.start_tolerance) raise_weights();
+                break;
+            }
+            if (residual <= 0.1 * before) continue;
+            const bool was_fresh = fresh_;
+            if (!fresh_) cache_.has_factor = false;
+            if (slow && one_step && was_fresh) raise_weights();
         }
         return residual;
     }

@@ -27,6 +27,7 @@ struct DirectScratch {
     std::vector<Vec6> gradient;    // M (v − v₀) − Gᵀ (λ − λ₀)
     std::vector<Vec6> step;
     std::vector<char> active;
+    int factorisations_left = 0;  // of the step
     // The island before the step.
     std::vector<BodyMotion> saved_motion;
     std::vector<BodyVelocity> saved_velocity;

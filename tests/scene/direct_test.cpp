@@ -45,6 +45,26 @@ TEST_CASE("a box of a tonne on nine of a kilogram stays where it is to a microme
     CHECK(drift_of(world, 4) < 1e-6);
 }
 
+// Of the weight that a row carries, D sees the lighter body alone: it has to grow by what the heavier one is heavier.
+TEST_CASE("a box of a million times the mass on nine others stays where it is to a micrometre") {
+    World world;
+    world.add_body(ground());
+    for (int k = 0; k < 9; ++k) world.add_body(cube(1, {0, 0, 0.5 + k}, 1));
+    world.add_body(cube(1, {0, 0, 9.5}, 1e6));
+    CHECK(drift_of(world, 4) < 1e-6);
+}
+
+// 351 boxes: what hardly moves is solved directly as far as its matrix costs less than the sweeps it saves.
+TEST_CASE("a pyramid of twenty-six rows stays where it is to a micrometre") {
+    World world;
+    world.add_body(ground(0.8));
+    const int rows = 26;
+    for (int row = 0; row < rows; ++row)
+        for (int k = 0; k < rows - row; ++k) world.add_body(cube(1, {1.1 * (k + 0.5 * row), 0, 0.5 + row}, 1, 0.8));
+    CHECK(drift_of(world, 0.5) < 1e-6);
+    CHECK(world.step(kStep).islands_of[static_cast<int>(SolverChoice::kDirect)] == 1);
+}
+
 TEST_CASE("two leaning boards hold each other by friction alone") {
     World world;
     world.add_body(ground(0.8));
