@@ -203,7 +203,8 @@ private:
             if (residual <= 0.1 * before) continue;
             const bool was_fresh = fresh_;
             if (!fresh_) cache_.has_factor = false;
-            if (slow && one_step && was_fresh) raise_weights();
+            // Before, it may come from bounds that move.
+            if (slow && one_step && was_fresh && update + 1 >= kUpdatesWithMovingBounds) raise_weights();
         }
         return residual;
     }
