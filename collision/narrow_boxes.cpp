@@ -21,6 +21,8 @@ Answer grown(Query& q, Real skin, BoxHit& hit) {
 }  // namespace
 
 NarrowResult collide_boxes(Query& q) {
+    NarrowResult result;
+    if (try_last_contact(q, result)) return result;
     BoxHit hit;
     Answer answer = grown(q, 0, hit);
     if (answer == Answer::kApart) {
@@ -32,7 +34,6 @@ NarrowResult collide_boxes(Query& q) {
         }
     }
     if (answer == Answer::kFailed) return failed(q);
-    NarrowResult result;
     if (answer == Answer::kContact && try_manifold(q, hit.n, result)) return result;
     return collide_convex(q);  // farther apart, or corner to corner
 }

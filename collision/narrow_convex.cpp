@@ -126,9 +126,10 @@ NarrowResult add_bare_point(Query& q, const Vec3& n, const Vec3& near_a) {
 }  // namespace
 
 NarrowResult collide_convex(Query& q) {
+    NarrowResult result;
+    if (try_last_contact(q, result)) return result;
     Found best;
     Vec3 near_a = centre_of(q.a);
-    NarrowResult result;
     // Cores ever nearer to the shapes; at last the shapes themselves, if they are apart. A capsule's axis lies deep enough as it is: the
     // direction from the whole other shape to it is exact.
     const bool capsule = q.a.shape->type == ShapeType::kCapsule;

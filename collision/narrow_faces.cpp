@@ -229,4 +229,31 @@ bool try_manifold(Query& q, const Vec3& n, NarrowResult& result) {
     return try_segments(q, n, edge_against(q.a, n), edge_against(q.b, -n), result);
 }
 
+bool try_last_contact(Query& q, NarrowResult& result) {
+    constexpr Real kShallow = 0.005;  // of the size: overlaps that are not asked whether there is a shorter way out elsewhere
+    constexpr Real kTurned = 0.2;     // [rad] within which the nearest face is taken for the one of the last contact
+    if (!q.was_touching) return false;
+    const Vec3 last = q.axis;
+    const FaceChoice faces[2] = {judge_face(q.a, q.b, -last), judge_face(q.b, q.a, last)};
+    Real best = separation_along(q, last);  // no direction along which they are nearer is the one
+    for (const FaceChoice& f : faces)
+        if (f.exists) best = std::max(best, f.separation);
+    if (best < -kShallow * q.size) return false;
+    const Real tie = 1e-4 * q.size + 0.01 * std::abs(best);
+    for (int k = 0; k < 2; ++k) {
+        const FaceChoice& f = faces[k];
+        if (!f.exists || f.angle > kTurned || f.separation < best - tie) continue;
+        const Vec3 n = k == 1 ? f.normal : Vec3(-f.normal);
+        if (f.separation >= q.margin) {
+            result = separated(q, n);
+            return true;
+        }
+        Face face;
+        const PlacedShape &owner = k == 1 ? q.b : q.a, &other = k == 1 ? q.a : q.b;
+        if (!face_towards(owner, f.normal, face)) continue;
+        if (is_over(support_point(other, -f.normal), face, 0)) return try_manifold(q, n, result);
+    }
+    return false;
+}
+
 }  // namespace cairn::narrow

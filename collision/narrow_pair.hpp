@@ -22,8 +22,11 @@ struct Query {
     NarrowStats& stats;
 };
 
+// Two spheres, in closed form and in the caller's frame.
+NarrowResult collide_spheres(const PlacedShape& a, const PlacedShape& b, Real margin, std::vector<Manifold>& out);
+
 // The answers. Each appends to query.out and sets query.axis.
-NarrowResult collide_sphere(Query& q);  // sphere with anything but a mesh
+NarrowResult collide_sphere(Query& q);  // sphere with anything but a sphere or a mesh
 NarrowResult collide_capsules(Query& q);
 NarrowResult collide_capsule_box(Query& q);
 NarrowResult collide_boxes(Query& q);
@@ -54,6 +57,12 @@ NarrowResult add_point(Query& q, const Vec3& n, NormalOwner owner, const Vec3& c
 // normal where one is as good, else one or two points on edges. False, and nothing done, if no features are found along n that tell the
 // shapes' separation along it: then n is not quite the direction of contact.
 bool try_manifold(Query& q, const Vec3& n, NarrowResult& result);
+
+// The pair touched along q.axis, which was a face's normal: whether that face touches still, and then the manifold, without FCL. Proven by
+// the other shape's deepest point, which lies over the face: for shapes that are apart the normal then is the direction of least distance,
+// since convex sets have no other; for a shallow overlap it is the nearest local one, which the last contact was. False, and nothing done,
+// if it is not proven. (Crossed edges are not answered so: once they overlap, a face may be nearer without the edges telling.)
+bool try_last_contact(Query& q, NarrowResult& result);
 
 // Points of `incident` over the face, nearer than `margin`. Features are unique among them.
 int face_candidates(const PlacedShape& incident, const Face& face, Real margin, Real size, Candidate out[kMaxCandidates]);

@@ -134,8 +134,10 @@ NarrowResult collide_shapes(const PlacedShape& a, const PlacedShape& b, Real mar
     const std::size_t before = out.size();
     NarrowResult result;
     try {
+        const bool spheres = a.shape->type == ShapeType::kSphere && b.shape->type == ShapeType::kSphere;
         const bool flipped = rank(a.shape->type) > rank(b.shape->type);
-        result = collide_ordered(flipped ? b : a, flipped ? a : b, flipped, margin, a.X_WS.R, cache, out, stats);
+        result = spheres ? narrow::collide_spheres(a, b, margin, out)
+                         : collide_ordered(flipped ? b : a, flipped ? a : b, flipped, margin, a.X_WS.R, cache, out, stats);
     } catch (...) {  // out of memory
         ++stats.failures;
         result = NarrowResult::kFailed;

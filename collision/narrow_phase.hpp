@@ -17,16 +17,16 @@ struct PlacedShape {
 
 // What a pair of shapes remembers between queries. Plain data; the engine owns it, one per shape pair.
 struct PairCache {
-    Vec3 axis = Vec3::Zero();    // last separating axis or contact normal, in A's shape frame, from B to A; zero: none yet
-    bool separated = false;      // the last query found them farther apart than the margin along `axis`
+    Vec3 axis = Vec3::Zero();  // last separating axis or contact normal, in A's shape frame, from B to A; zero: none yet
+    bool separated = false;    // the last query found them farther apart than the margin along `axis`
 };
 
 // Counters of the narrow phase; monotonic, cleared by the caller. An FCL or libccd failure (exception, iteration limit, non-finite result)
 // is counted in `failures` and the query returns kFailed with nothing appended: the caller keeps the pair's last manifold.
 struct NarrowStats {
-    std::uint64_t queries = 0;             // calls of collide_shapes
+    std::uint64_t queries = 0;               // calls of collide_shapes
     std::uint64_t separating_axis_hits = 0;  // answered by the cached axis alone
-    std::uint64_t fcl_calls = 0;           // entries into FCL or libccd
+    std::uint64_t fcl_calls = 0;             // entries into FCL or libccd
     std::uint64_t failures = 0;
 };
 
@@ -35,6 +35,7 @@ enum class NarrowResult : std::uint8_t { kSeparated, kTouching, kFailed };
 // Appends to `out` the manifolds of A against B whose points are closer than `margin` [m, >= 0]; nothing if there are none.
 // Any order of the two shapes; plane-plane, plane-mesh and mesh-mesh are never asked. Never throws; allocates only to grow `out` and
 // its own thread-local scratch.
-NarrowResult collide_shapes(const PlacedShape& a, const PlacedShape& b, Real margin, PairCache& cache, std::vector<Manifold>& out, NarrowStats& stats) noexcept;
+NarrowResult collide_shapes(const PlacedShape& a, const PlacedShape& b, Real margin, PairCache& cache, std::vector<Manifold>& out,
+                            NarrowStats& stats) noexcept;
 
 }  // namespace cairn

@@ -20,17 +20,6 @@ NarrowResult add_sphere_point(Query& q, const PointHit& hit, NormalOwner owner, 
     return add_point(q, hit.n, owner, centre, q.a.shape->radius, core_b, radius_b, kOnlyPoint);
 }
 
-NarrowResult with_sphere(Query& q, Real reach) {
-    PointHit hit;
-    const Real radius_b = q.b.shape->radius;
-    const Answer answer = fcl_query::point_point(q.a.X_WS.p, q.b.X_WS.p, reach + radius_b, hit);
-    if (answer == Answer::kFailed) return failed(q);
-    if (answer == Answer::kApart) return NarrowResult::kSeparated;
-    if (hit.n.isZero(0)) hit.n = Vec3::UnitZ();
-    hit.distance -= radius_b;
-    return add_sphere_point(q, hit, NormalOwner::kCores, radius_b);
-}
-
 NarrowResult with_capsule(Query& q, Real reach) {
     PointHit hit;
     const Real radius_b = q.b.shape->radius;
@@ -43,7 +32,15 @@ NarrowResult with_capsule(Query& q, Real reach) {
 }
 
 NarrowResult with_box(Query& q, Real reach) {
+    // Beyond a face by more than the reach: no corner is nearer, and the face's normal may answer the next query too.
+    const Vec3 beyond = q.b.X_WS.to_local(q.a.X_WS.p).cwiseAbs() - q.b.shape->half_extents;
+    int side = 0;
+    if (beyond.maxCoeff(&side) >= reach) {
+        const Vec3 normal = q.b.X_WS.R.col(side);
+        return separated(q, normal.dot(q.a.X_WS.p - q.b.X_WS.p) > 0 ? normal : Vec3(-normal));
+    }
     PointHit hit;
+    ++q.stats.fcl_calls;
     const Answer answer = fcl_query::point_box(q.a.X_WS.p, q.b.X_WS, q.b.shape->half_extents, reach, hit);
     if (answer == Answer::kFailed) return failed(q);
     if (answer == Answer::kApart) return NarrowResult::kSeparated;
@@ -110,20 +107,29 @@ NarrowResult with_hull(Query& q, Real reach) {
 
 }  // namespace
 
+NarrowResult collide_spheres(const PlacedShape& a, const PlacedShape& b, Real margin, std::vector<Manifold>& out) {
+    const Vec3 d = a.X_WS.p - b.X_WS.p;
+    const Real distance = d.norm(), separation = distance - a.shape->radius - b.shape->radius;
+    if (separation >= margin) return NarrowResult::kSeparated;
+    Manifold& m = out.emplace_back();
+    m.n = distance > 1e-12 * a.shape->radius ? Vec3(d / distance) : Vec3::UnitZ();  // one centre on the other: any direction
+    m.owner = NormalOwner::kCores;
+    m.count = 1;
+    m.points[0] = {a.X_WS.p, b.X_WS.p, a.shape->radius, b.shape->radius, separation, kOnlyPoint};
+    return NarrowResult::kTouching;
+}
+
 NarrowResult collide_sphere(Query& q) {
     const Real reach = q.a.shape->radius + q.margin;
     if (q.b.shape->type == ShapeType::kHull) return with_hull(q, reach);
+    if (q.b.shape->type == ShapeType::kBox) return with_box(q, reach);
     ++q.stats.fcl_calls;
     q.may_cache = false;
     switch (q.b.shape->type) {
-        case ShapeType::kSphere:
-            return with_sphere(q, reach);
         case ShapeType::kCapsule:
             return with_capsule(q, reach);
-        case ShapeType::kCylinder:
-            return with_cylinder(q, reach);
         default:
-            return with_box(q, reach);
+            return with_cylinder(q, reach);
     }
 }
 

@@ -7,13 +7,13 @@
 
 namespace cairn {
 
-// A point of contact of an incident feature with a reference face.
+// A point of contact of an incident feature with a reference face. Not initialised: queries keep arrays of them on the stack.
 struct Candidate {
-    Vec3 core = Vec3::Zero();  // on the incident side [m]
-    Vec3 foot = Vec3::Zero();  // of its perpendicular on the reference face
-    Real radius = 0;           // of the incident side
-    Real separation = 0;       // normal·(core − foot) − radius
-    std::uint32_t feature = 0;
+    Vec3 core;        // on the incident side [m]
+    Vec3 foot;        // of its perpendicular on the reference face
+    Real radius;      // of the incident side
+    Real separation;  // normal·(core − foot) − radius
+    std::uint32_t feature;
 };
 
 constexpr int kMaxCandidates = 64;

@@ -10,15 +10,23 @@ namespace {
 // immovable body, whose frame is the world's.
 struct SolverBody {
     int index = kImmovable;
-    Transform X_SB;  // body frame in the solver body's frame
+    bool same_frame = true;
+    Transform X_SB;  // body frame in the solver body's frame, where that is another one
+
+    Vec3 point(const Vec3& p_B) const { return same_frame ? p_B : X_SB * p_B; }
+    Vec3 direction(const Vec3& d_B) const { return same_frame ? d_B : Vec3(X_SB.R * d_B); }
 };
 
-SolverBody solver_body(WorldData& world, IslandWorkspace& work, std::uint32_t body, SiIsland& island) {
+void set_solver_body(WorldData& world, IslandWorkspace& work, std::uint32_t body, SiIsland& island, SolverBody& out) {
+    out.same_frame = true;
+    out.index = work.solver_index[body];
+    if (out.index >= 0) return;
     const Body& b = world.bodies[body];
-    if (b.is_awake()) return {work.solver_index[body], Transform()};
-    if (b.type == BodyType::kKinematic && b.enabled)
-        return {work.solver_index[body] >= 0 ? work.solver_index[body] : add_kinematic(world, work, body, island), Transform()};
-    return {kImmovable, b.transform()};
+    if (b.type == BodyType::kKinematic && b.enabled) {
+        out.index = add_kinematic(world, work, body, island);
+        return;
+    }
+    out = {kImmovable, false, b.transform()};
 }
 
 // t₁: along the slip; where that is slower than what the external acceleration makes in the step, along the slip that it will make; where
@@ -91,9 +99,7 @@ void build_manifold(WorldData& world, IslandWorkspace& work, Real dt, const Cont
     block.count = m.count;
     block.n = m.n;
     block.frame = normal_frame(m.owner);
-    block.n_local = block.frame == NormalFrame::kA   ? Vec3(a.X_SB.R * m.n_local)
-                    : block.frame == NormalFrame::kB ? Vec3(b.X_SB.R * m.n_local)
-                                                     : m.n;
+    block.n_local = block.frame == NormalFrame::kA ? a.direction(m.n_local) : block.frame == NormalFrame::kB ? b.direction(m.n_local) : m.n;
     block.inv_mass_a = work.solver_bodies.motion[a.index].inv_mass;
     block.inv_mass_b = work.solver_bodies.motion[b.index].inv_mass;
     block.mu = c.mu;
@@ -111,7 +117,7 @@ void build_manifold(WorldData& world, IslandWorkspace& work, Real dt, const Cont
     const Transform X_WA(work.solver_bodies.motion[a.index].R, work.solver_bodies.motion[a.index].x);
     for (int i = 0; i < m.count; ++i) {
         const CachedPoint& p = m.points[i];
-        const PointGeometry g{a.X_SB * p.core_a_A, b.X_SB * p.core_b_B, p.radius_a, p.radius_b};
+        const PointGeometry g{a.point(p.core_a_A), b.point(p.core_b_B), p.radius_a, p.radius_b};
         pool.geometry[block.first + i] = g;
         if (block.friction < 0) continue;
         const Vec3 slip = slip_velocity(work.solver_bodies, block, X_WA * g.core_a_A - g.radius_a * m.n);
@@ -183,9 +189,12 @@ void store_wide(WorldData& world, IslandWorkspace& work) {
 
 void build_contact_blocks(WorldData& world, IslandWorkspace& work, Real dt, const std::vector<std::uint32_t>& order, int begin, int end,
                           SiIsland& island) {
+    SolverBody a, b;
     for (int k = begin; k < end; ++k) {
         Contact& c = world.contacts.slots()[order[k]];
-        const SolverBody a = solver_body(world, work, c.body_a, island), b = solver_body(world, work, c.body_b, island);
+        if (k + kPrefetchAhead < end) prefetch_manifold(world.contacts.slots()[order[k + kPrefetchAhead]]);
+        set_solver_body(world, work, c.body_a, island, a);
+        set_solver_body(world, work, c.body_b, island, b);
         for (int i = 0; i < c.manifold_count; ++i) {
             if (c.manifold(i).count == 0) continue;
             build_manifold(world, work, dt, c, c.manifold(i), a, b, island);
@@ -199,6 +208,8 @@ void store_contact_impulses(WorldData& world, IslandWorkspace& work, const SiIsl
     if (work.is_island_wide) return store_wide(world, work);
     const ContactPool& pool = work.contact_pool;
     for (int k = island.contacts.begin; k < island.contacts.end; ++k) {
+        if (k + kPrefetchAhead < island.contacts.end)
+            prefetch_manifold(world.contacts.slots()[work.block_sources[k + kPrefetchAhead].contact]);
         const ContactBlock& block = pool.blocks[k];
         CachedManifold& m = source_of(world, work, k);
         for (int i = 0; i < block.count; ++i) {

@@ -13,15 +13,22 @@ constexpr Real kReuseUnowned = 1e-6;
 // A point without a partner of its own feature takes the nearest old one within this share of the size.
 constexpr Real kMatchDistance = 0.1;
 
-CachedPoint to_cached(const ManifoldPoint& p, const Transform& X_WA, const Transform& X_WB) {
-    CachedPoint c;
+// The geometry of a point; its impulses stay.
+void set_geometry(CachedPoint& c, const ManifoldPoint& p, const Transform& X_WA, const Transform& X_WB) {
     c.core_a_A = X_WA.to_local(p.core_a);
     c.core_b_B = X_WB.to_local(p.core_b);
     c.radius_a = p.radius_a;
     c.radius_b = p.radius_b;
     c.separation = p.separation;
     c.feature = p.feature;
-    return c;
+    c.normal_impulse = c.friction_impulse[0] = c.friction_impulse[1] = 0;
+}
+
+void clear_impulses(CachedPoint& c) {
+    c.warm_position = c.warm_velocity = 0;
+    c.warm_friction.setZero();
+    c.warm_friction_first.setZero();
+    c.t1.setZero();
 }
 
 void take_impulses(CachedPoint& to, const CachedPoint& from) {
@@ -57,6 +64,70 @@ void match_points(CachedManifold& fresh, const CachedManifold& old, Real size) {
     }
 }
 
+bool has_same_features(const CachedManifold& old, const Manifold& fresh) {
+    if (old.count != fresh.count) return false;
+    for (int k = 0; k < fresh.count; ++k)
+        if (old.points[k].feature != fresh.points[k].feature) return false;
+    return true;
+}
+
+// What matching needs of a manifold, and no point that does not exist.
+void copy_points(CachedManifold& to, const CachedManifold& from) {
+    to.n = from.n;
+    to.sub_key = from.sub_key;
+    to.count = from.count;
+    std::copy(from.points.begin(), from.points.begin() + from.count, to.points.begin());
+}
+
+void set_manifold(CachedManifold& m, const Manifold& fresh, const Transform& X_WA, const Transform& X_WB) {
+    m.n = fresh.n;
+    m.owner = fresh.owner;
+    m.n_local = (m.owner == NormalOwner::kA ? X_WA : X_WB).R.transpose() * m.n;
+    m.sub_key = fresh.sub_key;
+    m.count = fresh.count;
+    for (int k = 0; k < m.count; ++k) set_geometry(m.points[k], fresh.points[k], X_WA, X_WB);
+}
+
+void replace_single(Contact& c, const Manifold& fresh, bool is_new, const Transform& X_WA, const Transform& X_WB) {
+    CachedManifold& m = c.manifolds.front();
+    if (!is_new && has_same_features(m, fresh)) {  // each point takes over from itself
+        set_manifold(m, fresh, X_WA, X_WB);
+        return;
+    }
+    static thread_local CachedManifold old;
+    if (!is_new) copy_points(old, m);
+    set_manifold(m, fresh, X_WA, X_WB);
+    for (int k = 0; k < m.count; ++k) clear_impulses(m.points[k]);
+    if (!is_new) match_points(m, old, c.size);
+}
+
+// Mesh pairs.
+void replace_many(Contact& c, const Manifold* fresh, int count, const Transform& X_WA, const Transform& X_WB) {
+    static thread_local std::vector<CachedManifold> old;
+    if (static_cast<int>(old.size()) < c.manifold_count) old.resize(c.manifold_count);
+    for (int i = 0; i < c.manifold_count; ++i) copy_points(old[i], c.manifold(i));
+    for (int i = 0; i < count; ++i) {
+        CachedManifold& m = c.manifold(i);
+        set_manifold(m, fresh[i], X_WA, X_WB);
+        for (int k = 0; k < m.count; ++k) clear_impulses(m.points[k]);
+        for (int j = 0; j < c.manifold_count; ++j) {
+            if (old[j].sub_key != m.sub_key && old[j].n.dot(m.n) <= 0.95) continue;
+            match_points(m, old[j], c.size);
+            break;
+        }
+    }
+}
+
+void sum_up(Contact& c) {
+    c.point_count = 0;
+    c.deepest = 0;
+    for (int i = 0; i < c.manifold_count; ++i) {
+        const CachedManifold& m = c.manifold(i);
+        c.point_count += m.count;
+        for (int k = 0; k < m.count; ++k) c.deepest = std::max(c.deepest, -m.points[k].separation);
+    }
+}
+
 Vec3 owned_normal(const CachedManifold& m, const Transform& X_WA, const Transform& X_WB) {
     if (m.owner == NormalOwner::kCores) return direction_or(X_WA * m.points[0].core_a_A - X_WB * m.points[0].core_b_B, m.n);
     return (m.owner == NormalOwner::kA ? X_WA.R : X_WB.R) * m.n_local;
@@ -85,9 +156,10 @@ std::uint32_t ContactStore::add(const Contact& contact) {
         slot = free_.back();
         free_.pop_back();
     }
-    std::vector<CachedManifold> kept = std::move(slots_[slot].extra);
+    std::vector<CachedManifold> kept = std::move(slots_[slot].manifolds);
     slots_[slot] = contact;
-    slots_[slot].extra = std::move(kept);
+    slots_[slot].manifolds = std::move(kept);
+    slots_[slot].manifolds.reserve(1);  // now, not in a later step in which the pair first touches
     slots_[slot].alive = true;
     map_.insert(key(contact.shape_a, contact.shape_b), slot);
     return slot;
@@ -98,12 +170,12 @@ void ContactStore::remove(std::uint32_t shape_a, std::uint32_t shape_b) {
     if (slot == PairMap::kNone) return;
     map_.erase(key(shape_a, shape_b));
     slots_[slot].alive = false;
-    slots_[slot].manifold_count = 0;
+    clear(slots_[slot]);
     free_.push_back(slot);
 }
 
 bool ContactStore::is_reusable(const Contact& c, const Transform& X_AB, Real margin) {
-    if (c.fresh || c.manifold_count == 0 || margin > c.query_margin) return false;
+    if (!may_be_reusable(c, margin)) return false;
     bool owned = true;
     for (int i = 0; i < c.manifold_count; ++i) owned &= c.manifold(i).owner != NormalOwner::kNone;
     const Real share = owned ? kReuseOwned : kReuseUnowned, distance = share * c.size;
@@ -121,32 +193,21 @@ void ContactStore::refresh(Contact& c, const Transform& X_WA, const Transform& X
             p.separation = m.n.dot(X_WA * p.core_a_A - X_WB * p.core_b_B) - p.radius_a - p.radius_b;
         }
     }
+    sum_up(c);
 }
 
 void ContactStore::replace(Contact& c, const Manifold* fresh, int count, const Transform& X_WA, const Transform& X_WB) {
-    const int old_count = c.manifold_count;
-    const bool single = old_count <= 1 && count <= 1;
-    CachedManifold old_first = c.first;
-    std::vector<CachedManifold> old_extra;
-    if (!single) old_extra = c.extra;  // mesh pairs only
-    if (static_cast<int>(c.extra.size()) < count - 1) c.extra.resize(count - 1);
-    for (int i = 0; i < count; ++i) {
-        CachedManifold& m = c.manifold(i);
-        m.n = fresh[i].n;
-        m.owner = fresh[i].owner;
-        m.n_local = (m.owner == NormalOwner::kA ? X_WA : X_WB).R.transpose() * m.n;
-        m.sub_key = fresh[i].sub_key;
-        m.count = fresh[i].count;
-        for (int k = 0; k < m.count; ++k) m.points[k] = to_cached(fresh[i].points[k], X_WA, X_WB);
-        for (int j = 0; j < old_count; ++j) {
-            const CachedManifold& old = j == 0 ? old_first : old_extra[j - 1];
-            if (single || old.sub_key == m.sub_key || old.n.dot(m.n) > 0.95) {
-                match_points(m, old, c.size);
-                break;
-            }
-        }
+    if (count == 0) {
+        clear(c);
+        return;
     }
+    if (static_cast<int>(c.manifolds.size()) < count) c.manifolds.resize(count);
+    if (count == 1 && c.manifold_count <= 1)
+        replace_single(c, fresh[0], c.manifold_count == 0, X_WA, X_WB);
+    else
+        replace_many(c, fresh, count, X_WA, X_WB);
     c.manifold_count = count;
+    sum_up(c);
 }
 
 }  // namespace cairn

@@ -25,10 +25,10 @@ struct CachedPoint {
     Real warm_position = 0;  // [N s], what a substep starts with (solver/contact_rows.hpp: WarmImpulse)
     Real warm_velocity = 0;
     Vec3 warm_friction_first = Vec3::Zero();  // [N s], world, likewise, of the first solve
-    Vec3 warm_friction = Vec3::Zero();  // [N s], world, likewise
-    Real normal_impulse = 0;            // [N s], summed over the last step's substeps
-    Real friction_impulse[2] = {0, 0};  // [N s], along t1 and n × t1, likewise
-    Vec3 t1 = Vec3::Zero();             // unit, world; zero: none yet
+    Vec3 warm_friction = Vec3::Zero();        // [N s], world, likewise
+    Real normal_impulse = 0;                  // [N s], summed over the last step's substeps
+    Real friction_impulse[2] = {0, 0};        // [N s], along t1 and n × t1, likewise
+    Vec3 t1 = Vec3::Zero();                   // unit, world; zero: none yet
 };
 
 struct CachedManifold {
@@ -47,26 +47,38 @@ struct SurfacePoints {
 };
 SurfacePoints surface_points(const CachedManifold& manifold, const CachedPoint& point, const Transform& X_WA, const Transform& X_WB);
 
+// Small, since most pairs of fat boxes do not touch, and yet each is looked at in every step: the manifolds live elsewhere.
 struct Contact {
     std::uint32_t shape_a = 0;
     std::uint32_t shape_b = 0;
     std::uint32_t body_a = 0;
     std::uint32_t body_b = 0;
-    Real mu = 0;           // sqrt(μ_a μ_b)
-    Real restitution = 0;  // max(e_a, e_b)
-    Real size = 0;         // [m], of the smaller shape: tolerances are relative to it
     bool alive = false;
     bool fresh = true;  // not yet asked of the narrow phase
-    PairCache cache;
-    Transform X_AB_query;   // pose of B in A when the narrow phase was last asked
-    Real query_margin = 0;  // [m], the margin it was asked with
     int manifold_count = 0;
-    CachedManifold first;
-    std::vector<CachedManifold> extra;  // of mesh pairs; keeps its memory
+    int point_count = 0;                    // of all its manifolds
+    Real deepest = 0;                       // [m], their largest penetration, 0 if there is none
+    Real size = 0;                          // [m], of the smaller shape: tolerances are relative to it
+    Real mu = 0;                            // sqrt(μ_a μ_b)
+    Real restitution = 0;                   // max(e_a, e_b)
+    std::vector<CachedManifold> manifolds;  // the first manifold_count of them hold; keeps its memory
+    Real query_margin = 0;                  // [m], the margin the narrow phase was last asked with
+    PairCache cache;
+    Transform X_AB_query;  // pose of B in A then
 
-    CachedManifold& manifold(int i) { return i == 0 ? first : extra[i - 1]; }
-    const CachedManifold& manifold(int i) const { return i == 0 ? first : extra[i - 1]; }
+    CachedManifold& manifold(int i) { return manifolds[i]; }
+    const CachedManifold& manifold(int i) const { return manifolds[i]; }
 };
+
+// Begins to load the first manifold of a contact that is soon to be read: it may lie anywhere. (Its first point ends within four lines.)
+inline void prefetch_manifold([[maybe_unused]] const Contact& c) {
+#if defined(__GNUC__)
+    if (c.manifold_count == 0) return;
+    const char* first = reinterpret_cast<const char*>(c.manifolds.data());
+    for (int line = 0; line < 4; ++line) __builtin_prefetch(first + 64 * line);
+#endif
+}
+constexpr int kPrefetchAhead = 4;  // contacts
 
 class ContactStore {
 public:
@@ -84,11 +96,23 @@ public:
     // True if the pair moved so little since the narrow phase was asked that its manifolds still hold. X_AB: B in A now; margin: wanted
     // now.
     static bool is_reusable(const Contact& contact, const Transform& X_AB, Real margin);
+    // False where no pose would make it so.
+    static bool may_be_reusable(const Contact& contact, Real margin) {
+        return !contact.fresh && contact.manifold_count > 0 && margin <= contact.query_margin;
+    }
+    // True if its normal follows from its points, so that it holds at any poses.
+    static bool always_holds(const Contact& contact) {
+        return !contact.fresh && contact.manifold_count == 1 && contact.manifold(0).owner == NormalOwner::kCores;
+    }
     // Brings n and the separations of a reused contact to the present poses; impulses stay.
     static void refresh(Contact& contact, const Transform& X_WA, const Transform& X_WB);
     // Takes over fresh manifolds and matches them with the old ones.
     static void replace(Contact& contact, const Manifold* fresh, int count, const Transform& X_WA, const Transform& X_WB);
-    static void clear(Contact& contact) { contact.manifold_count = 0; }
+    // Leaves it without manifolds.
+    static void clear(Contact& contact) {
+        contact.manifold_count = contact.point_count = 0;
+        contact.deepest = 0;
+    }
 
 private:
     static std::uint64_t key(std::uint32_t a, std::uint32_t b) {

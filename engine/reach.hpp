@@ -18,9 +18,8 @@ inline Real reach_without_way(const WorldData& world, const Body& body, const Sh
 }
 
 // The margin [m] of a pair: relative way plus what else either may move.
-inline Real pair_margin(const WorldData& world, const Body& a, const ShapeRecord& shape_a, const Body& b, const ShapeRecord& shape_b,
-                        Real dt) {
-    return (a.v - b.v).norm() * dt + reach_without_way(world, a, shape_a, dt) + reach_without_way(world, b, shape_b, dt);
+inline Real pair_margin(const ShapeMotion& a, const ShapeMotion& b, Real dt) {
+    return (a.v - b.v).norm() * dt + a.reach + b.reach;
 }
 
 }  // namespace cairn

@@ -87,7 +87,10 @@ void update_pairs(WorldData& world, Real dt, StepReport& report) {
     const std::uint64_t moved_before = world.broad_phase.moved_count();
     for (const std::uint32_t i : world.active.moved) {
         Body& body = world.bodies[i];
-        if (body.moved && body.alive && body.enabled) move_proxies(world, body, dt);
+        if (body.moved && body.alive && body.enabled) {
+            move_proxies(world, body, dt);
+            note_motion(world, body, dt);
+        }
         body.moved = false;
     }
     world.active.moved.clear();

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace cairn {
 namespace {
@@ -98,6 +99,14 @@ Real shape_radius(const Shape& s) {
     }
 }
 
+// Of a ball about the middle of the shape's box that holds the shape.
+Real ball_radius(const Shape& s) {
+    const bool is_symmetric = s.type != ShapeType::kHull && !s.is_static_only();
+    Shape centred = s;
+    centred.X_BS = Pose();
+    return is_symmetric ? shape_radius(centred) : std::numeric_limits<Real>::infinity();
+}
+
 // Smallest extent of a shape: what tolerances are relative to.
 Real shape_size(const Shape& s) {
     switch (s.type) {
@@ -151,6 +160,9 @@ void add_shapes(WorldData& world, std::uint32_t index, const std::vector<Shape>&
         }
         world.shapes[body.shape_begin + i] = record;
     }
+    world.motions.resize(world.shapes.size());
+    note_motion(world, body, 0);
+    for (std::uint32_t i = 0; i < body.shape_count; ++i) world.motions[body.shape_begin + i].ball = ball_radius(shapes[i]);
 }
 
 void remove_shapes(WorldData& world, std::uint32_t index) {

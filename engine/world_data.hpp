@@ -94,6 +94,17 @@ struct ShapeRecord {
     Real spin_radius = 0;  // [m], how far the farthest point moves when the body turns by a radian
 };
 
+// What the pass over all pairs reads of a shape; of those in a contact alone, once a step.
+struct ShapeMotion {
+    static constexpr std::uint32_t kStatic = UINT32_MAX;
+    Aabb tight;              // world; unbounded for planes
+    Vec3 v = Vec3::Zero();   // [m/s], of its body
+    Real ball = 0;           // [m], radius of a ball about the middle of `tight` that holds the shape; unbounded where there is none
+    Real reach = 0;          // [m], reach_without_way (engine/reach.hpp)
+    std::uint32_t step = 0;  // WorldData::motion_step of which this is; kStatic: holds until the body is put elsewhere
+    bool moves = false;      // its body is awake or driven
+};
+
 struct Joint {
     JointType type = JointType::kBall;
     std::uint32_t body_a = UINT32_MAX;  // UINT32_MAX: the world
@@ -143,6 +154,8 @@ struct WorldData {
     std::vector<BodyInfo> info;
     std::vector<RestState> rest;  // size of bodies; with WorldSettings::sleep
     std::vector<ShapeRecord> shapes;
+    std::vector<ShapeMotion> motions;  // of the shapes
+    std::uint32_t motion_step = 0;
     std::vector<Joint> joints;
     std::vector<std::uint32_t> free_bodies;
     std::vector<std::uint32_t> free_joints;
@@ -175,6 +188,8 @@ inline Vec3 external_acceleration(const WorldData& world, const Body& body) {
 // Stages of the step, in order; each fills its part of the report.
 void drive_kinematic_bodies(WorldData& world, Real dt);
 void update_pairs(WorldData& world, Real dt, StepReport& report);
+// Brings the ShapeMotion of a body's shapes up to date (contact_update.cpp).
+void note_motion(WorldData& world, const Body& body, Real dt);
 // Begins and ends contacts by what moved since the last call.
 void flush_broad_phase(WorldData& world);
 void update_contacts(WorldData& world, Real dt, StepReport& report);

@@ -39,8 +39,8 @@ Contact fresh_contact(Real size = 1) {
 
 // Impulses that tell the points apart.
 void set_impulses(Contact& c) {
-    for (int k = 0; k < c.first.count; ++k) {
-        CachedPoint& p = c.first.points[k];
+    for (int k = 0; k < c.manifold(0).count; ++k) {
+        CachedPoint& p = c.manifold(0).points[k];
         p.warm_position = 1 + k;
         p.warm_velocity = 0.1 * (1 + k);
         p.warm_friction = Vec3(0.5 + k, -0.25, 0);
@@ -49,10 +49,10 @@ void set_impulses(Contact& c) {
 }
 
 const CachedPoint& point_of(const Contact& c, std::uint32_t feature) {
-    for (int k = 0; k < c.first.count; ++k)
-        if (c.first.points[k].feature == feature) return c.first.points[k];
+    for (int k = 0; k < c.manifold(0).count; ++k)
+        if (c.manifold(0).points[k].feature == feature) return c.manifold(0).points[k];
     FAIL("no point of feature " << feature);
-    return c.first.points[0];
+    return c.manifold(0).points[0];
 }
 
 Transform at(const Vec3& p, const Quat& q = Quat::Identity()) {
@@ -81,7 +81,7 @@ TEST_CASE("a contact point keeps its impulses by its feature while the bodies sl
         std::rotate(m.points.begin(), m.points.begin() + step % 4, m.points.end());
         ContactStore::replace(c, &m, 1, X_WA, {});
     }
-    REQUIRE(c.first.count == 4);
+    REQUIRE(c.manifold(0).count == 4);
     for (int k = 0; k < 4; ++k) {
         const CachedPoint& p = point_of(c, 100 + static_cast<std::uint32_t>(k));
         CHECK(p.warm_position == 1 + k);
@@ -118,9 +118,9 @@ TEST_CASE("impulses are gone when bodies have been apart") {
     ContactStore::replace(c, &m, 1, X_WA, {});
     REQUIRE(c.manifold_count == 1);
     for (int k = 0; k < 4; ++k) {
-        CHECK(c.first.points[k].warm_position == 0);
-        CHECK(c.first.points[k].warm_velocity == 0);
-        CHECK(c.first.points[k].warm_friction.isZero(0));
+        CHECK(c.manifold(0).points[k].warm_position == 0);
+        CHECK(c.manifold(0).points[k].warm_velocity == 0);
+        CHECK(c.manifold(0).points[k].warm_friction.isZero(0));
     }
 }
 
@@ -146,13 +146,13 @@ TEST_CASE("after a change of faces a point takes the impulses of the nearest old
     m = four_points(X_WA, 0.5);
     m.count = 1;
     ContactStore::replace(d, &m, 1, X_WA, {});
-    d.first.points[0].warm_position = 5;
+    d.manifold(0).points[0].warm_position = 5;
     m.count = 2;
     m.points[1] = m.points[0];
     m.points[0].feature = 901, m.points[1].feature = 902;
     m.points[1].core_a.x() += 0.01, m.points[1].core_b.x() += 0.01;
     ContactStore::replace(d, &m, 1, X_WA, {});
-    CHECK(d.first.points[0].warm_position + d.first.points[1].warm_position == 5);
+    CHECK(d.manifold(0).points[0].warm_position + d.manifold(0).points[1].warm_position == 5);
 }
 
 TEST_CASE("a feature that stays is matched before a nearer point of another feature") {
@@ -184,8 +184,8 @@ TEST_CASE("the contact of a rolling ball keeps its impulse") {
         REQUIRE(found.size() == 1);
         ContactStore::replace(c, found.data(), 1, X_WA, {});
         if (step == 0) set_impulses(c);
-        REQUIRE(c.first.points[0].warm_position == 1);
-        REQUIRE(c.first.points[0].warm_friction == Vec3(0.5, -0.25, 0));
+        REQUIRE(c.manifold(0).points[0].warm_position == 1);
+        REQUIRE(c.manifold(0).points[0].warm_friction == Vec3(0.5, -0.25, 0));
     }
 }
 
@@ -212,7 +212,7 @@ TEST_CASE("a manifold is reused within a small share of the size and not beyond"
     CHECK_FALSE(ContactStore::is_reusable(c, at(X_AB.p, turn(d, 2.1e-3)), 0.01));
 
     // Where nobody owns it, a thousandth of a part of that.
-    c.first.owner = NormalOwner::kNone;
+    c.manifold(0).owner = NormalOwner::kNone;
     CHECK(ContactStore::is_reusable(c, X_AB, 0.01));
     CHECK_FALSE(ContactStore::is_reusable(c, at(X_AB.p + 2e-6 * size * d), 0.01));
     CHECK_FALSE(ContactStore::is_reusable(c, at(X_AB.p, turn(d, 2e-6)), 0.01));
@@ -235,7 +235,7 @@ TEST_CASE("a refreshed vertex over a face has its exact separation, whichever bo
         const Transform X_WA = at(X_WA0.p + r.vector(0.1), turn(r.vector(1), 0.2)), X_WB = at(r.vector(0.1), turn(r.vector(1), 0.2));
         ContactStore::refresh(c, X_WA, X_WB);
         const Vec3 n = owner == NormalOwner::kA ? X_WA.R.col(2) : X_WB.R.col(2);
-        CHECK((c.first.n - n).norm() < kRounding);
+        CHECK((c.manifold(0).n - n).norm() < kRounding);
         for (int k = 0; k < 4; ++k) {
             const CachedPoint& p = point_of(c, 100 + static_cast<std::uint32_t>(k));
             const Vec3 corner(k & 1 ? 0.5 : -0.5, k & 2 ? 0.5 : -0.5, 0);
@@ -244,7 +244,7 @@ TEST_CASE("a refreshed vertex over a face has its exact separation, whichever bo
             CHECK(std::abs(p.separation - truth) < kRounding);
             CHECK(p.warm_position == 1 + k);
             // The surface points lie on a common normal, the separation apart, the vertex itself being one of them.
-            const SurfacePoints s = surface_points(c.first, p, X_WA, X_WB);
+            const SurfacePoints s = surface_points(c.manifold(0), p, X_WA, X_WB);
             CHECK((s.p_a - s.p_b - truth * n).norm() < kRounding);
         }
     }
@@ -263,8 +263,8 @@ TEST_CASE("the separation of a refreshed round point does not see the ball turn"
     const Real angle = GENERATE(0.1, 1.0, 3.0);
     const Transform moved = at({0.3, 0, 0.52}, turn({0.2, 1, 0.3}, angle));
     ContactStore::refresh(c, moved, {});
-    CHECK(std::abs(c.first.points[0].separation - 0.02) < kRounding);
-    const SurfacePoints s = surface_points(c.first, c.first.points[0], moved, {});
+    CHECK(std::abs(c.manifold(0).points[0].separation - 0.02) < kRounding);
+    const SurfacePoints s = surface_points(c.manifold(0), c.manifold(0).points[0], moved, {});
     CHECK((s.p_a - Vec3(0.3, 0, 0.02)).norm() < kRounding);
     CHECK((s.p_b - Vec3(0.3, 0, 0)).norm() < kRounding);
 }
