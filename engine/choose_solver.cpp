@@ -81,6 +81,8 @@ bool takes(SolverChoice solver, const SiIsland& island) {
             return contacts && !joints && !island.has_bounce;
         case SolverChoice::kRattle:
             return joints && !contacts;
+        case SolverChoice::kMixed:
+            return joints && contacts;
         case SolverChoice::kAuto:
         case SolverChoice::kSi:
             break;
@@ -95,8 +97,11 @@ SolverPlan choose_solver(WorldData& world, IslandWorkspace& work, int index, con
         const bool free = !asks_for_sequential_impulses(world.settings);
         plan.solver = free && takes(SolverChoice::kRattle, island)   ? SolverChoice::kRattle
                       : free && takes(SolverChoice::kDirect, island) ? SolverChoice::kDirect
+                      : free && takes(SolverChoice::kMixed, island)  ? SolverChoice::kMixed
                                                                      : SolverChoice::kSi;
     }
+    if (plan.solver == SolverChoice::kMixed)
+        plan.substeps = is_quiet(world, index, dt) ? 1 : mixed_substeps(work.solver_bodies, island, dt, MixedSettings());
     if (plan.solver != SolverChoice::kDirect || !takes(SolverChoice::kDirect, island)) return plan;
     const bool quiet = is_quiet(world, index, dt);
     const int bodies = island.dynamic_end - island.body_begin;

@@ -3,6 +3,7 @@
 
 #include "engine/settings.hpp"
 #include "solver/direct.hpp"
+#include "solver/mixed.hpp"
 
 #include <cstdint>
 #include <unordered_map>

@@ -14,9 +14,10 @@ namespace cairn {
 //   kSi      sequential impulses, takes everything
 //   kDirect  active set with a sparse factorisation: islands with contacts, without joints and restitution
 //   kRattle  RATTLE with a sparse factorisation: islands with joints alone
+//   kMixed   joints by a sparse factorisation, contacts by sweeps around them: islands with both
 // A solver that is forced on an island that it cannot take leaves it where it is, and the StepReport says so.
-enum class SolverChoice : std::uint8_t { kAuto, kSi, kDirect, kRattle };
-constexpr int kSolverChoices = 4;
+enum class SolverChoice : std::uint8_t { kAuto, kSi, kDirect, kRattle, kMixed };
+constexpr int kSolverChoices = 5;
 
 // [s]: shortest substep h. A penetration d is taken back with velocities of d / (10 h) that are removed again after the drift, which leaves
 // a rounding error of 1e-16 of them: for d = 0.1 m, 1e-6 m/s here, and for far shorter substeps a body at rest would be blown away.

@@ -156,6 +156,18 @@ bool solve_by_rattle(WorldData& world, IslandWorkspace& work, const SiIsland& is
     return solved.ok();
 }
 
+bool solve_mixed(WorldData& world, IslandWorkspace& work, const SiIsland& island, Real dt, const SolverPlan& plan, SiReport& counts,
+                 StepReport& report) {
+    MixedSettings settings;
+    settings.substeps = plan.substeps;
+    settings.residual_tolerance = world.settings.residual_tolerance;
+    const MixedReport solved = solve_island_mixed(work.mixed, work.solver_bodies, work.contact_pool, work.joint_pool, island, dt, settings);
+    counts.add(solved.si);
+    counts.joint_sweeps += solved.joint_solves + solved.factorisations;  // each is a pass over the rows
+    report.factorisations += solved.factorisations;
+    return solved.failure == MixedFailure::kNone;
+}
+
 // False: it did not converge and the island is as it was. One that is forced goes on with sweeps.
 bool solve_directly(WorldData& world, IslandWorkspace& work, const SiIsland& island, Real dt, const SolverPlan& plan, SiReport& counts,
                     StepReport& report) {
@@ -199,6 +211,12 @@ bool solve_island(WorldData& world, IslandWorkspace& work, int index, const SiIs
     if (solver == SolverChoice::kRattle && !solve_by_rattle(world, work, island, dt, solved)) {
         if (world.settings.solver == SolverChoice::kRattle) return false;
         solver = SolverChoice::kSi;
+    }
+    if (solver == SolverChoice::kMixed && !solve_mixed(world, work, island, dt, plan, solved, report)) {
+        if (world.settings.solver == SolverChoice::kMixed) return false;
+        scale_warm_impulses(work, island, static_cast<Real>(substeps) / world.settings.substeps);
+        solver = SolverChoice::kSi;
+        substeps = world.settings.substeps;
     }
     if (solver == SolverChoice::kSi) {
         if (!island.joints.empty()) build_joints(work.joint_pool, island.joints, work.solver_bodies);

@@ -137,6 +137,7 @@ struct IslandWorkspace {
     bool is_island_wide = false;  // the island that is being solved: its impulses are in wide_contacts
     JointPool joint_pool;
     RattleWorkspace rattle;
+    MixedWorkspace mixed;
     std::vector<BlockSource> block_sources;
     std::vector<std::uint32_t> joint_sources[5];
     std::vector<int> solver_index;  // body → index in solver_bodies, this island; else −1

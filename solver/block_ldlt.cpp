@@ -237,4 +237,28 @@ void BlockLdlt::solve(Real* x) const {
     }
 }
 
+void BlockLdlt::forward(const int* turns, int count, const int* offset, Real* Y, Real* Z) const {
+    const BlockPattern& p = *pattern_;
+    for (int n = 0; n < count; ++n) {
+        const int k = turns[n];
+        const Real* Y_k = Y + 6 * offset[k];
+        Real* Z_k = Z + 6 * offset[k];
+        const Real* D = values_.data() + p.diagonal_[k];
+        with_size(p.size_[k], [&](auto size) {
+            constexpr int K = decltype(size)::value;
+            const auto add = [&](Real* out, const Real* row, Real sign) {
+                for (int s = 0; s < K; ++s)
+                    for (int c = 0; c < 6; ++c) out[c] += sign * row[s] * Y_k[6 * s + c];
+            };
+            for (int i = p.column_begin_[k]; i < p.column_begin_[k + 1]; ++i) {
+                const Real* L = values_.data() + p.lower_[i];
+                Real* Y_i = Y + 6 * offset[p.row_[i]];
+                for (int r = 0; r < p.size_[p.row_[i]]; ++r) add(Y_i + 6 * r, L + r * K, -1);
+            }
+            std::fill_n(Z_k, 6 * K, 0.0);
+            for (int r = 0; r < K; ++r) add(Z_k + 6 * r, D + r * K, 1);
+        });
+    }
+}
+
 }  // namespace cairn

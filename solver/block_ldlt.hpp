@@ -42,6 +42,11 @@ public:
     int diagonal(int block) const { return diagonal_[place_[block]]; }
     BlockPlace off_diagonal(int block_a, int block_b) const;  // of two that have an edge
     int value_count() const { return value_count_; }
+    // By turn of elimination, for what works along the tree of eliminations.
+    int turn(int block) const { return place_[block]; }
+    int turn_size(int turn) const { return size_[turn]; }
+    // The first turn that eliminating this one changes, −1: none. All others that it changes are on the way from there to the root.
+    int parent(int turn) const { return column_begin_[turn] < column_begin_[turn + 1] ? row_[column_begin_[turn]] : -1; }
     Real factor_flops() const { return flops_; }  // of one numeric factorisation
 
 private:
@@ -73,6 +78,10 @@ public:
     int factor(Real drop);
     // x ← A⁻¹ x.
     void solve(Real* x) const;
+
+    // Y ← L⁻¹ Y and Z = D⁻¹ Y for six right-hand sides at once that vanish outside `turns`: `count` of them, ascending, with each turn all
+    // on its way to the root. Rows of turn k are the row-major 6 columns from 6 offset[k] on.
+    void forward(const int* turns, int count, const int* offset, Real* Y, Real* Z) const;
 
     bool is_dropped(int row) const { return dropped_[row] != 0; }
     Real smallest_pivot() const { return smallest_pivot_; }  // of those kept, relative to the diagonal that the row began with

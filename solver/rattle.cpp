@@ -20,7 +20,7 @@ public:
     // False: too costly.
     bool begin();
     // Everything up to the first stage: gaps, factor, velocities, warm impulses.
-    void prepare(Real dt);
+    void prepare(Real dt, bool warm);
     bool run(Real dt, const RattleCut& cut, Real rate);
     JointMotion motion_now();
     Real size() const { return size_; }
@@ -126,12 +126,13 @@ Real Integrator::gap() {
     return largest;
 }
 
-void Integrator::prepare(Real dt) {
+void Integrator::prepare(Real dt, bool warm) {
+    const Real share = warm ? 1 : 0;
     for_each_listed_joint(joints_, island_.joints, [&](auto kind, const auto& j, int i) {
         constexpr int N = joint_rows(decltype(kind)::value);
         const int row = ws_.rows.list()[i].first;
-        Eigen::Map<VecN<N>>(&ws_.previous[row]) = 2 / settings_.warm_step * j.warm_second;
-        Eigen::Map<VecN<N>>(&ws_.slope[row]) = 3 / (settings_.warm_step * settings_.warm_step) * (j.warm_first - j.warm_second);
+        Eigen::Map<VecN<N>>(&ws_.previous[row]) = share * 2 / settings_.warm_step * j.warm_second;
+        Eigen::Map<VecN<N>>(&ws_.slope[row]) = share * 3 / (settings_.warm_step * settings_.warm_step) * (j.warm_first - j.warm_second);
     });
     previous_h_ = settings_.warm_step;
     std::fill(ws_.total.begin(), ws_.total.end(), 0.0);
@@ -381,7 +382,8 @@ RattleReport solve_island_rattle(RattleWorkspace& workspace, SolverBodies& bodie
     RattleCut cut;
     constexpr int kAttempts = 4;
     for (int attempt = 1; attempt <= kAttempts && cut.substeps <= std::max(settings.max_substeps, settings.substeps); ++attempt) {
-        integrator.prepare(dt);
+        // Impulses of a step with an impact in it, or with contacts that are gone, foretell nothing.
+        integrator.prepare(dt, attempt == 1);
         const JointMotion start = integrator.motion_now();
         if (const RattleCut wanted = choose_cut(start, dt, integrator.size(), settings); wanted.total() > cut.total()) cut = wanted;
         const JointEnergy before = joint_energy(bodies, island);

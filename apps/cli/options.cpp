@@ -16,8 +16,11 @@ struct NamedSolver {
     const char* name;
     SolverChoice value;
 };
-constexpr NamedSolver kSolvers[kSolverChoices] = {
-    {"auto", SolverChoice::kAuto}, {"si", SolverChoice::kSi}, {"direct", SolverChoice::kDirect}, {"rattle", SolverChoice::kRattle}};
+constexpr NamedSolver kSolvers[kSolverChoices] = {{"auto", SolverChoice::kAuto},
+                                                  {"si", SolverChoice::kSi},
+                                                  {"direct", SolverChoice::kDirect},
+                                                  {"rattle", SolverChoice::kRattle},
+                                                  {"mixed", SolverChoice::kMixed}};
 
 // The whole text as a number; false if it is not one.
 bool whole_number(std::string_view text, Real& out) {
@@ -51,9 +54,9 @@ void add_run_options(CLI::App& command, RunArguments& a) {
     command.add_option("--threads", a.threads, with_default("Threads", defaults.threads));
     command.add_option("--sleep", a.sleep, with_default("1: bodies at rest fall asleep, 0: they do not", defaults.sleep ? 1 : 0));
     command
-        .add_option(
-            "--solver", a.solver,
-            "auto: chosen per island; si: sequential impulses; direct: contacts without joints and restitution; rattle: joints alone")
+        .add_option("--solver", a.solver,
+                    "auto: chosen per island; si: sequential impulses; direct: contacts without joints and restitution; rattle: joints "
+                    "alone; mixed: joints with contacts")
         ->capture_default_str();
     command.add_option("--stabilisation", a.stabilisation,
                        with_default("How position errors are worked off: split, target-velocity, soft or none",
@@ -76,7 +79,7 @@ RunOptions run_options(const RunArguments& a) {
     for (const NamedSolver& s : kSolvers) {
         if (a.solver == s.name) options.solver = s.value;
     }
-    if (!options.solver) throw_invalid("--solver", a.solver, "one of auto, si, direct, rattle");
+    if (!options.solver) throw_invalid("--solver", a.solver, "one of auto, si, direct, rattle, mixed");
     options.substeps = a.substeps;
     options.iterations = a.iterations;
     options.threads = a.threads;

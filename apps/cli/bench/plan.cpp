@@ -156,7 +156,8 @@ std::vector<Effort> efforts(const BenchRequest& r) {
 std::vector<std::optional<SolverChoice>> solvers_of(const EngineChoice& engine, const BenchRequest& r) {
     if (engine.name != "cairn" || !engine.path.empty()) return {{}};
     std::vector<std::string> names = split(r.solvers);
-    if (names.empty()) names = r.full ? std::vector<std::string>{"auto", "si", "direct", "rattle"} : std::vector<std::string>{"auto"};
+    if (names.empty())
+        names = r.full ? std::vector<std::string>{"auto", "si", "direct", "rattle", "mixed"} : std::vector<std::string>{"auto"};
     std::vector<std::optional<SolverChoice>> solvers;
     for (const std::string& name : names) {
         RunArguments arguments;
