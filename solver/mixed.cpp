@@ -1,6 +1,7 @@
 #include "solver/mixed.hpp"
 
 #include "solver/mixed_response.hpp"
+#include "solver/rattle_rate.hpp"
 
 #include <algorithm>
 #include <limits>
@@ -46,9 +47,9 @@ struct MixedWorkspace::Data {
     BlockLdlt ldlt;
     ContactResponse response;
     SavedIsland saved;
-    std::vector<Start> start;                                          // by body of the island
-    std::vector<Real> warm_first, warm_second, first, second, total;   // impulses, size rows
-    std::vector<Real> gap, start_gap, target, bias, residual, pushed;  // size rows
+    std::vector<Start> start;                                                     // by body of the island
+    std::vector<Real> warm_first, warm_second, first, second, total;              // impulses, size rows
+    std::vector<Real> gap, start_gap, target, bias, residual, pushed, stiffness;  // size rows
 };
 
 MixedWorkspace::MixedWorkspace() : data_(std::make_unique<Data>()) {}
@@ -62,6 +63,9 @@ using Workspace = MixedWorkspace::Data;
 
 // Rows and factor serve on while bodies have moved by less than this, relative to the largest arm.
 constexpr Real kKeep = 1e-7;
+// [rad], by which the fastest mode of a taut chain may turn in a substep (solver/rattle.hpp), and the most parts that this cuts one into.
+constexpr Real kTurnPerSubstep = 0.7;
+constexpr int kMostParts = 16;
 // [rad], by which bodies may turn before W is built anew: it says how far an impulse goes, not what it has to reach.
 constexpr Real kKeepResponse = 0.02;
 
@@ -79,7 +83,10 @@ public:
           h_(h) {}
 
     // False: too costly.
-    bool begin(Real warm_scale);
+    bool begin();
+    // Into how many parts the substep is to be cut for what tension makes of it: a power of two.
+    int parts_for_tension();
+    void cut(int parts);
     bool substep();  // false: SHAKE does not contract
     void store(Real warm_scale);
 
@@ -119,7 +126,7 @@ private:
     bool is_projected_ = true;
 };
 
-bool MixedStep::begin(Real warm_scale) {
+bool MixedStep::begin() {
     plan_ = &ws_.plans.find(joints_, island_.joints, bodies_, first(), settings_.max_flops);
     if (plan_->is_too_costly) return false;
     ws_.rows.gather(joints_, island_.joints, bodies_, *plan_);
@@ -132,8 +139,8 @@ bool MixedStep::begin(Real warm_scale) {
     for_each_listed_joint(joints_, island_.joints, [&](auto kind, const auto& j, int i) {
         constexpr int N = joint_rows(decltype(kind)::value);
         const int row = ws_.rows.list()[i].first;
-        Eigen::Map<VecN<N>>(&ws_.warm_first[row]) = warm_scale * j.warm_first;
-        Eigen::Map<VecN<N>>(&ws_.warm_second[row]) = warm_scale * j.warm_second;
+        Eigen::Map<VecN<N>>(&ws_.warm_first[row]) = j.warm_first;
+        Eigen::Map<VecN<N>>(&ws_.warm_second[row]) = j.warm_second;
     });
     measure();
     factor();
@@ -153,6 +160,23 @@ void MixedStep::measure() {
         size2 = std::max(size2, j.geometry.length * j.geometry.length);
     });
     if (size2 > 0) size_ = std::sqrt(size2);
+}
+
+int MixedStep::parts_for_tension() {
+    for (int r = 0; r < rows_; ++r) ws_.residual[r] = (ws_.warm_first[r] + ws_.warm_second[r]) / h_;
+    ws_.stiffness.resize(island_.dynamic_end - first());
+    const Real rate = joint_motion(bodies_, joints_, island_, ws_.rows, ws_.residual.data(), size_, ws_.stiffness).tension;
+    int parts = 1;
+    while (parts < kMostParts && rate * h_ > kTurnPerSubstep * parts) parts *= 2;
+    return parts;
+}
+
+void MixedStep::cut(int parts) {
+    h_ /= parts;
+    for (int r = 0; r < rows_; ++r) {
+        ws_.warm_first[r] /= parts;
+        ws_.warm_second[r] /= parts;
+    }
 }
 
 void MixedStep::factor() {
@@ -370,16 +394,17 @@ MixedReport solve_island_mixed(MixedWorkspace& workspace, SolverBodies& bodies, 
     MixedReport report;
     SavedIsland& saved = workspace.data().saved;
     saved.save(bodies, contacts, island);
-    for (int attempt = 0; attempt < settings.attempts; ++attempt) {
-        const int parts = 1 << attempt, substeps = settings.substeps * parts;
+    for (int attempt = 0, parts = 1; attempt < settings.attempts; ++attempt, parts *= 2) {
         report.failure = MixedFailure::kNone;
-        MixedStep step(workspace.data(), bodies, contacts, joints, island, dt / substeps, settings, report);
-        if (!step.begin(1.0 / parts)) {
+        MixedStep step(workspace.data(), bodies, contacts, joints, island, dt / settings.substeps, settings, report);
+        if (!step.begin()) {
             report.failure = MixedFailure::kTooCostly;
             return report;
         }
+        if (attempt == 0) parts = step.parts_for_tension();
+        step.cut(parts);
         scale_warm_start(contacts, island.contacts, 1.0 / parts);
-        for (int k = 0; k < substeps && report.failure == MixedFailure::kNone; ++k)
+        for (int k = 0; k < settings.substeps * parts && report.failure == MixedFailure::kNone; ++k)
             if (!step.substep()) report.failure = MixedFailure::kNoContraction;
         if (report.failure == MixedFailure::kNone) {
             step.store(parts);

@@ -50,6 +50,20 @@ TEST_CASE("a step of a swinging chain allocates nothing") {
     allocates_nothing(world, 0.5, 1);
 }
 
+TEST_CASE("a step of a chain that slides over the ground allocates nothing") {
+    World world;
+    world.add_body(ground(0.1));
+    BodyId previous;
+    for (int k = 0; k < 6; ++k) {
+        BodyDef link = body(Shape::box({0.2, 0.1, 0.1}), {0.5 * k, 0, 0.1});
+        link.linear_velocity = {3, 0, 0};
+        const BodyId next = world.add_body(link);
+        if (k > 0) world.add_joint({JointType::kBall, previous, next, {0.5 * k - 0.25, 0, 0.1}});
+        previous = next;
+    }
+    allocates_nothing(world, 0.5, 1);
+}
+
 TEST_CASE("a step of bodies that slide over each other and over a mesh allocates nothing") {
     std::vector<Vec3> vertices;
     std::vector<std::array<int, 3>> triangles;

@@ -89,6 +89,36 @@ TEST_CASE("block LDLᵀ solves random sparse systems of blocks of one to six row
     }
 }
 
+TEST_CASE("forward elimination along the way to the root gives Bᵀ A⁻¹ B of a block's columns") {
+    Random random(11);
+    for (int k = 0; k < 40; ++k) {
+        const Graph g = random_graph(random, 2 + k % 15, k % 4);
+        CAPTURE(k);
+        BlockPattern p;
+        p.analyse(g.sizes, g.edges);
+        const Dense A = random_matrix(random, g, rows_in_order(p), p.rows());
+        BlockLdlt ldlt;
+        put(A, g, p, ldlt);
+        REQUIRE(ldlt.factor(1e-12) == 0);
+        const int block = static_cast<int>(random() % g.sizes.size());
+        std::vector<int> turns, offset(p.count(), -1);
+        int rows = 0;
+        for (int t = p.turn(block); t >= 0; t = p.parent(t)) {
+            turns.push_back(t);
+            offset[t] = rows;
+            rows += p.turn_size(t);
+        }
+        std::vector<Real> Y(6 * rows, 0), Z(6 * rows, 0);
+        Dense B = Dense::Zero(p.rows(), 6);
+        for (int r = 0; r < g.sizes[block]; ++r)
+            for (int c = 0; c < 6; ++c) B(p.first_row(block) + r, c) = Y[6 * r + c] = uniform(random, -1, 1);
+        ldlt.forward(turns.data(), static_cast<int>(turns.size()), offset.data(), Y.data(), Z.data());
+        const Eigen::Map<const Eigen::Matrix<Real, 6, Eigen::Dynamic>> Yt(Y.data(), 6, rows), Zt(Z.data(), 6, rows);
+        const Dense truth = B.transpose() * A.ldlt().solve(B);
+        CHECK((Yt * Zt.transpose() - truth).norm() < 1e-9 * truth.norm());  // as above
+    }
+}
+
 TEST_CASE("a tree of blocks is eliminated without fill") {
     Random random(7);
     const Graph g = random_graph(random, 200, 0);
