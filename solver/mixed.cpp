@@ -1,5 +1,6 @@
 #include "solver/mixed.hpp"
 
+#include "solver/bounce.hpp"
 #include "solver/mixed_response.hpp"
 #include "solver/rattle_rate.hpp"
 
@@ -354,7 +355,11 @@ void MixedStep::second_solve() {
 }
 
 bool MixedStep::substep() {
-    if (island_.has_bounce) predict_bounces(contacts_, island_.contacts, bodies_, h_);
+    if (island_.has_bounce) {
+        predict_bounces(contacts_, island_.contacts, bodies_, h_, true);
+        turned_ = std::numeric_limits<Real>::infinity();  // rows are built along the normals of the impacts
+        follow_turn();
+    }
     if (!first_solve() || !push()) return false;
     finish_drift();
     if (moved_ > kKeep * size_) factor();

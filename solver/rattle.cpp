@@ -381,9 +381,9 @@ RattleReport solve_island_rattle(RattleWorkspace& workspace, SolverBodies& bodie
     }
     RattleCut cut;
     constexpr int kAttempts = 4;
+    bool warm = true;  // impulses of a step with an impact in it, or with contacts that are gone, foretell nothing: then again without them
     for (int attempt = 1; attempt <= kAttempts && cut.substeps <= std::max(settings.max_substeps, settings.substeps); ++attempt) {
-        // Impulses of a step with an impact in it, or with contacts that are gone, foretell nothing.
-        integrator.prepare(dt, attempt == 1);
+        integrator.prepare(dt, warm);
         const JointMotion start = integrator.motion_now();
         if (const RattleCut wanted = choose_cut(start, dt, integrator.size(), settings); wanted.total() > cut.total()) cut = wanted;
         const JointEnergy before = joint_energy(bodies, island);
@@ -394,9 +394,11 @@ RattleReport solve_island_rattle(RattleWorkspace& workspace, SolverBodies& bodie
         if (!integrator.run(dt, cut, start.rate)) {
             report.failure = RattleFailure::kNoContraction;
             cut.substeps *= 2;
+            warm = false;
         } else if (!integrator.is_finite_state()) {
             report.failure = RattleFailure::kNotFinite;
             cut.substeps *= 2;
+            warm = false;
         } else {
             const RattleCut wanted = choose_cut(integrator.motion_now(), dt, integrator.size(), settings);
             // A whip that comes and goes within the step shows in its energy.

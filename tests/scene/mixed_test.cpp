@@ -67,7 +67,8 @@ TEST_CASE("a ball that hits the end of two hinged rods meets two sevenths of a r
 }
 
 TEST_CASE("a chain that lies on the ground stays, its joints closed, the ground bearing its weight") {
-    const int n = 12;
+    const int n = GENERATE(12, 40);  // of 40 too many touch the ground for contact rows in the space of the joints
+    CAPTURE(n);
     World world;
     world.add_body(ground());
     std::vector<BodyId> links;
