@@ -67,6 +67,24 @@ double factorisation_cost(const DirectState& state, int points) {
     return static_cast<double>(state.cache.factor.products()) + kMatrixCost * points;
 }
 
+void choose_by_contents(const WorldSettings& settings, const SiIsland& island, SolverPlan& plan) {
+    const auto choose = [&](SolverChoice solver, SolverReason reason) {
+        plan.solver = solver;
+        plan.reason = reason;
+    };
+    if (asks_for_sequential_impulses(settings)) return choose(SolverChoice::kSi, SolverReason::kModel);
+    if (takes(SolverChoice::kRattle, island)) return choose(SolverChoice::kRattle, SolverReason::kJointsAlone);
+    if (takes(SolverChoice::kDirect, island)) return choose(SolverChoice::kDirect, SolverReason::kContactsAlone);
+    if (takes(SolverChoice::kMixed, island)) return choose(SolverChoice::kMixed, SolverReason::kJointsAndContacts);
+    choose(SolverChoice::kSi, SolverReason::kBounces);
+}
+
+SolverPlan give_to_sweeps(SolverPlan plan, SolverReason reason) {
+    plan.solver = SolverChoice::kSi;
+    plan.reason = reason;
+    return plan;
+}
+
 void wait_longer(DirectState& state) {
     state.wait = state.penalty;
     state.penalty = std::min(2 * state.penalty, kLongestWait);
@@ -91,14 +109,12 @@ bool takes(SolverChoice solver, const SiIsland& island) {
 }
 
 SolverPlan choose_solver(WorldData& world, IslandWorkspace& work, int index, const SiIsland& island, Real dt) {
-    SolverPlan plan{world.settings.solver, world.settings.substeps, nullptr};
+    SolverPlan plan;
+    plan.solver = world.settings.solver;
+    plan.substeps = world.settings.substeps;
     const bool forced = plan.solver != SolverChoice::kAuto;
     if (!forced) {
-        const bool free = !asks_for_sequential_impulses(world.settings);
-        plan.solver = free && takes(SolverChoice::kRattle, island)   ? SolverChoice::kRattle
-                      : free && takes(SolverChoice::kDirect, island) ? SolverChoice::kDirect
-                      : free && takes(SolverChoice::kMixed, island)  ? SolverChoice::kMixed
-                                                                     : SolverChoice::kSi;
+        choose_by_contents(world.settings, island, plan);
     }
     if (plan.solver == SolverChoice::kMixed)
         plan.substeps = is_quiet(world, index, dt) ? 1 : mixed_substeps(work.solver_bodies, island, dt, MixedSettings());
@@ -106,16 +122,15 @@ SolverPlan choose_solver(WorldData& world, IslandWorkspace& work, int index, con
     const bool quiet = is_quiet(world, index, dt);
     const int bodies = island.dynamic_end - island.body_begin;
     if (!forced && (bodies > (quiet ? kLargestIsland : kSmallIsland) || (bodies == 1 && !quiet))) {
-        plan.solver = SolverChoice::kSi;
-        return plan;
+        return give_to_sweeps(plan, bodies == 1 ? SolverReason::kLoneMover : SolverReason::kLarge);
     }
     const int points = points_of(work.contact_pool, island.contacts).count();
     DirectState& state = direct_state(world, index, kAllowance * points);
     const bool charged = !forced && (!quiet || bodies > kFreeIsland);
     if (!forced && (state.wait > 0 || (charged && state.credit <= 0))) {
+        const bool waits = state.wait > 0;
         state.wait = std::max(0, state.wait - 1);
-        plan.solver = SolverChoice::kSi;
-        return plan;
+        return give_to_sweeps(plan, waits ? SolverReason::kWaits : SolverReason::kSpent);
     }
     collect_pairs(work, island);
     const bool reordered = state.cache.set_pattern(bodies, work.island_pairs);
@@ -124,8 +139,7 @@ SolverPlan choose_solver(WorldData& world, IslandWorkspace& work, int index, con
         const double affordable = state.credit / factorisation_cost(state, points);
         if (!state.cache.has_factor && affordable < 1) {
             wait_longer(state);
-            plan.solver = SolverChoice::kSi;
-            return plan;
+            return give_to_sweeps(plan, SolverReason::kSpent);
         }
         plan.most_factorisations = static_cast<int>(std::clamp(affordable, 0.0, 1e6));
     }

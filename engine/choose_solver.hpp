@@ -1,7 +1,7 @@
 // Which solver an island gets, and how many substeps.
 #pragma once
 
-#include "engine/settings.hpp"
+#include "engine/step_diagnostics.hpp"
 #include "solver/direct.hpp"
 #include "solver/mixed.hpp"
 
@@ -27,6 +27,7 @@ struct DirectState {
 struct SolverPlan {
     SolverChoice solver = SolverChoice::kSi;
     int substeps = 1;
+    SolverReason reason = SolverReason::kForced;
     DirectState* direct = nullptr;
     int most_factorisations = DirectSettings{}.most_factorisations;
 };

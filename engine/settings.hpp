@@ -34,8 +34,9 @@ struct WorldSettings {
     Stabilisation stabilisation = Stabilisation::kSplit;
     SiModel model;  // of sequential impulses
     bool sleep = false;
-    bool profile = false;  // measure the stages of each step: StepReport::profile
-    int threads = 1;       // >= 1; more than one only if Cairn was built with oneTBB. The results are the same
+    bool profile = false;      // measure the stages of each step: StepReport::profile
+    bool diagnostics = false;  // measure how well each step is solved: StepReport::diagnostics
+    int threads = 1;           // >= 1; more than one only if Cairn was built with oneTBB. The results are the same
     // Runs the work instead of `threads`, if there is one (engine/tasks.hpp).
     std::shared_ptr<TaskSystem> tasks;
 };

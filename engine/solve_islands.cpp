@@ -147,21 +147,33 @@ void store_island(WorldData& world, IslandWorkspace& work, int index, const SiIs
     store_joints<1>(world, work, work.joint_pool.distance, JointType::kDistance, island.joints);
 }
 
-bool solve_by_rattle(WorldData& world, IslandWorkspace& work, const SiIsland& island, Real dt, SiReport& counts) {
+// With diagnostics: what follows the solve of an island, from its beginning.
+IslandProbe* begin_probe(const WorldData& world, IslandWorkspace& work, const SiIsland& island) {
+    if (!world.settings.diagnostics) return nullptr;
+    work.probe.begin(island, world.settings.model.friction);
+    return &work.probe;
+}
+
+bool solve_by_rattle(WorldData& world, IslandWorkspace& work, const SiIsland& island, Real dt, SiReport& counts,
+                     IslandReport& island_report) {
     RattleSettings settings;
     settings.warm_step = dt / world.settings.substeps;
-    const RattleReport solved = solve_island_rattle(work.rattle, work.solver_bodies, work.joint_pool, island, dt, settings);
+    const RattleReport solved =
+        solve_island_rattle(work.rattle, work.solver_bodies, work.joint_pool, island, dt, settings, begin_probe(world, work, island));
+    island_report.iterations = static_cast<std::uint64_t>(solved.iterations);
     counts.rotor_calls += solved.rotor_calls;
     counts.joint_sweeps += solved.iterations + solved.factorisations;  // each is a pass over the rows
     return solved.ok();
 }
 
 bool solve_mixed(WorldData& world, IslandWorkspace& work, const SiIsland& island, Real dt, const SolverPlan& plan, SiReport& counts,
-                 StepReport& report) {
+                 StepReport& report, IslandReport& island_report) {
     MixedSettings settings;
     settings.substeps = plan.substeps;
     settings.residual_tolerance = world.settings.residual_tolerance;
-    const MixedReport solved = solve_island_mixed(work.mixed, work.solver_bodies, work.contact_pool, work.joint_pool, island, dt, settings);
+    const MixedReport solved = solve_island_mixed(work.mixed, work.solver_bodies, work.contact_pool, work.joint_pool, island, dt, settings,
+                                                  begin_probe(world, work, island));
+    island_report.iterations = solved.si.contact_sweeps;
     counts.add(solved.si);
     counts.joint_sweeps += solved.joint_solves + solved.factorisations;  // each is a pass over the rows
     report.factorisations += solved.factorisations;
@@ -170,12 +182,14 @@ bool solve_mixed(WorldData& world, IslandWorkspace& work, const SiIsland& island
 
 // False: it did not converge and the island is as it was. One that is forced goes on with sweeps.
 bool solve_directly(WorldData& world, IslandWorkspace& work, const SiIsland& island, Real dt, const SolverPlan& plan, SiReport& counts,
-                    StepReport& report) {
+                    StepReport& report, IslandReport& island_report) {
     DirectSettings settings;
     settings.substeps = plan.substeps;
     settings.most_factorisations = plan.most_factorisations;
     if (world.settings.solver == SolverChoice::kDirect) settings.rescue_sweeps = 10;
-    const DirectReport solved = solve_island_direct(work.solver_bodies, work.contact_pool, island, dt, settings, plan.direct->cache);
+    const DirectReport solved = solve_island_direct(work.solver_bodies, work.contact_pool, island, dt, settings, plan.direct->cache,
+                                                    begin_probe(world, work, island));
+    island_report.iterations = solved.newton_steps;
     note_direct(*plan.direct, points_of(work.contact_pool, island.contacts).count(), solved);
     report.factorisations += solved.factorisations;
     counts.add(solved.si);
@@ -192,8 +206,10 @@ void scale_warm_impulses(IslandWorkspace& work, const SiIsland& island, Real sca
 
 // False: a solver was forced that cannot solve this island; bodies and joints are as they were. `scale` is that of the warm impulses.
 bool solve_island(WorldData& world, IslandWorkspace& work, int index, const SiIsland& island, Real dt, Real scale, SiReport& solved,
-                  StepReport& report) {
+                  StepReport& report, IslandReport& island_report) {
     const SolverPlan plan = choose_solver(world, work, index, island, dt);
+    island_report.solver = plan.solver;
+    island_report.reason = plan.reason;
     if (!takes(plan.solver, island)) return false;
     // The cache holds the impulses of a substep of the default length.
     scale_warm_impulses(work, island, scale * world.settings.substeps / plan.substeps);
@@ -203,16 +219,16 @@ bool solve_island(WorldData& world, IslandWorkspace& work, int index, const SiIs
     const bool wide = work.is_island_wide =
         solver == SolverChoice::kSi && plan_wide(work.wide_contacts, work.contact_pool, island, settings);
     if (!wide) build_contacts(work.contact_pool, island.contacts, work.solver_bodies);
-    if (solver == SolverChoice::kDirect && !solve_directly(world, work, island, dt, plan, solved, report)) {
+    if (solver == SolverChoice::kDirect && !solve_directly(world, work, island, dt, plan, solved, report, island_report)) {
         scale_warm_impulses(work, island, static_cast<Real>(substeps) / world.settings.substeps);
         solver = SolverChoice::kSi;
         substeps = world.settings.substeps;
     }
-    if (solver == SolverChoice::kRattle && !solve_by_rattle(world, work, island, dt, solved)) {
+    if (solver == SolverChoice::kRattle && !solve_by_rattle(world, work, island, dt, solved, island_report)) {
         if (world.settings.solver == SolverChoice::kRattle) return false;
         solver = SolverChoice::kSi;
     }
-    if (solver == SolverChoice::kMixed && !solve_mixed(world, work, island, dt, plan, solved, report)) {
+    if (solver == SolverChoice::kMixed && !solve_mixed(world, work, island, dt, plan, solved, report, island_report)) {
         if (world.settings.solver == SolverChoice::kMixed) return false;
         scale_warm_impulses(work, island, static_cast<Real>(substeps) / world.settings.substeps);
         solver = SolverChoice::kSi;
@@ -220,11 +236,16 @@ bool solve_island(WorldData& world, IslandWorkspace& work, int index, const SiIs
     }
     if (solver == SolverChoice::kSi) {
         if (!island.joints.empty()) build_joints(work.joint_pool, island.joints, work.solver_bodies);
-        solved.add(solve_island_si(work.solver_bodies, work.contact_pool, work.joint_pool, island, dt, settings,
-                                   wide ? &work.wide_contacts : nullptr));
+        const SiReport si = solve_island_si(work.solver_bodies, work.contact_pool, work.joint_pool, island, dt, settings,
+                                            wide ? &work.wide_contacts : nullptr, begin_probe(world, work, island));
+        island_report.iterations = std::max(si.contact_sweeps, si.joint_sweeps);
+        solved.add(si);
     }
     scale_warm_impulses(work, island, static_cast<Real>(substeps) / world.settings.substeps);
     ++report.islands_of[static_cast<int>(solver)];
+    if (solver != plan.solver) island_report.fell_back_from = plan.solver;
+    island_report.solver = solver;
+    island_report.substeps = substeps;
     return true;
 }
 
@@ -297,8 +318,14 @@ void step_island(WorldData& world, IslandWorkspace& work, int index, Real dt, Re
     clear_rows(world, work);
     const SiIsland island = build_island(world, work, index, dt);
     if (clock != nullptr) clock->lap(Phase::kRows);
-    const bool is_solved = solve_island(world, work, index, island, dt, scale, work.solved, work.report);
+    IslandReport island_report;
+    const bool is_solved = solve_island(world, work, index, island, dt, scale, work.solved, work.report, island_report);
     if (clock != nullptr) clock->lap(Phase::kSolve);
+    if (world.settings.diagnostics) {
+        island_report.is_refused = !is_solved;
+        note_island(world, work, index, island, island_report);
+        world.diagnostics.islands[index] = island_report;
+    }
     work.report.normal_rows += static_cast<std::uint32_t>(work.contact_pool.point_count);
     work.report.friction_rows += static_cast<std::uint32_t>(work.contact_pool.friction_count);
     if (!is_solved) {
@@ -333,6 +360,10 @@ void take_report(WorldData& world, IslandWorkspace& work, SiReport& solved, Step
 void solve_islands(WorldData& world, Real dt, StepReport& report) {
     if (world.islands.count() == 0) return;
     forget_direct_states(world);
+    if (world.settings.diagnostics) {
+        world.diagnostics.islands.assign(world.islands.count(), {});
+        world.diagnostics_start.work.assign(world.islands.count(), {});
+    }
     // Impulses of a substep scale with its length. Those of a far shorter one are rounding noise, which would be made great.
     constexpr Real kMostGrowth = 1e3;
     const Real growth = world.last_dt > 0 ? dt / world.last_dt : 1, scale = growth > kMostGrowth ? 0 : growth;

@@ -15,6 +15,8 @@ StepReport World::step(Real dt) noexcept {
         return report;
     }
     world.clock.start(world.settings.profile);
+    const bool diagnoses = world.settings.diagnostics;
+    if (diagnoses) begin_diagnostics(world);
     refresh_active(world);
     drive_kinematic_bodies(world, dt);
     update_pairs(world, dt, report);
@@ -24,7 +26,9 @@ StepReport World::step(Real dt) noexcept {
     solve_islands(world, dt, report);
     move_free_bodies(world, dt, report);
     move_kinematic_bodies(world, dt, report);
+    if (diagnoses) note_awake(world);
     put_to_sleep(world, dt, report);
+    if (diagnoses) finish_diagnostics(world, report);
     if (world.clock.on()) report.profile = &world.clock.profile();
     world.time += dt;
     world.last_dt = dt;

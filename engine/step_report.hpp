@@ -2,6 +2,7 @@
 #pragma once
 
 #include "engine/settings.hpp"
+#include "engine/step_diagnostics.hpp"
 #include "engine/step_profile.hpp"
 
 #include <cstdint>
@@ -36,6 +37,7 @@ struct StepReport {
     Real residual = 0;                     // [m/s], largest velocity change of a row in the last sweep of any solve
     Real natural_residual = 0;             // [m/s], of the contacts of islands solved by the textbook's substep (solver/contact_models.hpp)
     const StepProfile* profile = nullptr;  // with WorldSettings::profile; the world's own, until its next step
+    const StepDiagnostics* diagnostics = nullptr;  // with WorldSettings::diagnostics; likewise
 };
 
 }  // namespace cairn

@@ -186,14 +186,7 @@ std::vector<ManifoldView> World::manifolds() const {
 }
 
 Real World::kinetic_energy() const {
-    Real energy = 0;
-    for (std::size_t i = 0; i < impl_->data.bodies.size(); ++i) {
-        const Body& b = impl_->data.bodies[i];
-        if (b.type != BodyType::kDynamic || !b.alive) continue;
-        const Vec3 w_B = b.R.transpose() * b.w;
-        energy += 0.5 * impl_->data.info[i].mass * b.v.squaredNorm() + 0.5 * w_B.dot(impl_->data.info[i].inertia_B * w_B);
-    }
-    return energy;
+    return cairn::kinetic_energy(impl_->data);
 }
 
 Real World::potential_energy() const {

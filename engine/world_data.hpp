@@ -9,6 +9,7 @@
 #include "engine/island.hpp"
 #include "engine/tasks.hpp"
 #include "engine/world.hpp"
+#include "solver/island_probe.hpp"
 #include "solver/rattle.hpp"
 
 #include <limits>
@@ -144,8 +145,17 @@ struct IslandWorkspace {
     std::vector<std::uint32_t> kinematic_used;
     std::vector<std::pair<int, int>> island_pairs;
     SiReport solved;
+    IslandProbe probe;  // with WorldSettings::diagnostics
     StepReport report;
     std::vector<std::uint32_t> broken;
+};
+
+// What a step's diagnostics are measured against, and what they are summed from.
+struct DiagnosticsStart {
+    std::vector<Pose> poses;        // size of bodies
+    Real kinetic = 0;               // [J]
+    Real awake = 0;                 // [J], the same before bodies were put to sleep
+    std::vector<ImpulseWork> work;  // by island
 };
 
 struct WorldData {
@@ -179,6 +189,8 @@ struct WorldData {
     std::vector<IslandWorkspace> workspaces;  // one per worker
     std::vector<std::uint32_t> broken;        // bodies that have gone non-finite in this step
     PhaseClock clock;
+    StepDiagnostics diagnostics;
+    DiagnosticsStart diagnostics_start;
 };
 
 // External acceleration of a dynamic body [m/s²].
@@ -200,6 +212,16 @@ void solve_islands(WorldData& world, Real dt, StepReport& report);
 void move_free_bodies(WorldData& world, Real dt, StepReport& report);
 void move_kinematic_bodies(WorldData& world, Real dt, StepReport& report);
 void put_to_sleep(WorldData& world, Real dt, StepReport& report);
+
+// Diagnostics of a step (step_diagnostics.cpp): before its first stage, after the solve of an island, before bodies are put to sleep, after
+// the last stage.
+void begin_diagnostics(WorldData& world);
+void note_island(WorldData& world, const IslandWorkspace& work, int index, const SiIsland& island, IslandReport& report);
+void note_awake(WorldData& world);
+void finish_diagnostics(WorldData& world, StepReport& report);
+
+Real kinetic_energy(const WorldData& world);  // [J], of the dynamic bodies
+World::JointError measure_joint(const WorldData& world, const Joint& joint);
 
 // Adds an island's own copy of a kinematic body; returns its index in solver_bodies.
 int add_kinematic(WorldData& world, IslandWorkspace& work, std::uint32_t body, SiIsland& island);

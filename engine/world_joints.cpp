@@ -129,8 +129,11 @@ void World::remove_joint(JointId id) {
 }
 
 World::JointError World::joint_error(JointId id) const {
-    const Joint& j = impl_->joint(id);
-    const JointPose a = joint_pose(impl_->data, j.body_a), b = joint_pose(impl_->data, j.body_b);
+    return measure_joint(impl_->data, impl_->joint(id));
+}
+
+World::JointError measure_joint(const WorldData& world, const Joint& j) {
+    const JointPose a = joint_pose(world, j.body_a), b = joint_pose(world, j.body_b);
     switch (j.type) {
         case JointType::kBall:
             return measure<JointKind::kBall>(j.geometry, a, b);

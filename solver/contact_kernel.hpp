@@ -13,6 +13,7 @@ namespace cairn {
 struct BlockVelocity {
     Vec3 dv, wa, wb;
 
+    BlockVelocity(const BodyVelocity& a, const BodyVelocity& b) : dv(a.v - b.v), wa(a.w), wb(b.w) {}
     BlockVelocity(const ContactBlock& block, const SolverBodies& bodies)
         : dv(bodies.velocity[block.a].v - bodies.velocity[block.b].v), wa(bodies.velocity[block.a].w), wb(bodies.velocity[block.b].w) {}
 

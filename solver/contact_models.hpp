@@ -24,9 +24,7 @@ Real sweep_normals(ContactPool& pool, BlockRange range, SolverBodies& bodies, co
 // One sweep over the friction rows, bounds from the present normal impulses. Returns likewise.
 Real sweep_frictions(ContactPool& pool, BlockRange range, SolverBodies& bodies, const SiModel& model);
 
-// Natural-map residual [m/s] of what a sweep aims at, whatever its clamp: 0 exactly where λ >= 0, G v >= target, λ (G v − target) = 0 and
-// friction is within its bound and opposes the slip. With P the projection on the bounds, the largest |λ − P(λ − S⁻¹ (G v − target))| S.
-Real contact_residual(const ContactPool& pool, BlockRange range, const SolverBodies& bodies, const SiModel& model,
-                      const RowTargets& targets);
+// What a normal row aims at [m/s].
+Real target_velocity(const NormalRow& row, const SiModel& model, const RowTargets& targets);
 
 }  // namespace cairn

@@ -2,6 +2,7 @@
 
 #include "solver/contact_kernel.hpp"
 #include "solver/direct_problem.hpp"
+#include "solver/island_probe.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -17,8 +18,11 @@ struct Context {
     DirectCache& cache;
     DirectScratch& scratch;
     Real h;
+    IslandProbe* probe;
     DirectReport report = {};
 };
+
+const JointPool kNoJoints;
 
 // After a step that changed impulses the next one has a closer look: some of the impulses stopped or moved bodies, and hold nothing.
 Real enough(const Context& c) {
@@ -71,6 +75,7 @@ void take_back(Context& c) {
 bool drift_pushed(Context& c) {
     const int begin = c.island.body_begin, end = c.island.dynamic_end;
     hold_contacts(c.contacts, c.island.contacts, c.bodies);
+    if (c.probe) c.probe->note_solve(SolveTurn::kFirst, c.bodies, c.contacts, kNoJoints);
     begin_push(c.bodies, begin, end);
     if (!solve_or_sweep(c, DirectGoal::kPush,
                         [&] { push_contacts(c.contacts, c.island.contacts, c.bodies, c.h, c.settings.contact_push); }))
@@ -81,6 +86,7 @@ bool drift_pushed(Context& c) {
     advance_blocks(c.contacts, c.island.contacts, c.bodies, c.h, c.settings.rebuild_angle);
     release_contacts(c.contacts, c.island.contacts);
     end_push(c.bodies, begin, end);
+    if (c.probe) c.probe->note_drift(c.bodies, true);
     return true;
 }
 
@@ -126,9 +132,13 @@ bool stands_still(const Context& c) {
 bool substep(Context& c, bool is_first) {
     const BlockRange range = c.island.contacts;
     const bool whole_step = c.settings.substeps == 1;
+    if (c.probe) c.probe->begin_substep(c.bodies, c.h);
     kick(c.bodies, c.island.body_begin, c.island.dynamic_end, 0.5 * c.h);
     warm_start_first(c.contacts, range, c.bodies);
-    if (whole_step && rests(c.bodies, c.contacts, c.island, c.h, c.scratch.saved_velocity, enough(c), c.report)) return true;
+    if (whole_step && rests(c.bodies, c.contacts, c.island, c.h, c.scratch.saved_velocity, enough(c), c.report)) {
+        if (c.probe) c.probe->measure(c.bodies, c.contacts, c.contacts.total, kNoJoints);
+        return true;
+    }
     if (is_first && c.settings.rescue_sweeps == 0) save_rest(c);
     if (!solve_or_sweep(c, DirectGoal::kGaps, [&] { sweep_contact_gaps(c.contacts, range, c.bodies, c.h); })) return false;
     if (!drift_pushed(c)) return false;
@@ -136,6 +146,10 @@ bool substep(Context& c, bool is_first) {
     warm_start_second(c.contacts, range, c.bodies);
     if (!solve_or_sweep(c, DirectGoal::kVelocities, [&] { sweep_contact_velocities(c.contacts, range, c.bodies); })) return false;
     return_excess_friction(c);
+    if (c.probe) {
+        c.probe->note_solve(SolveTurn::kSecond, c.bodies, c.contacts, kNoJoints);
+        c.probe->measure(c.bodies, c.contacts, c.contacts.impulse, kNoJoints);
+    }
     const bool still = whole_step && stands_still(c);
     close_contact_substep(c.contacts, range, still ? FirstFriction::kHalf : FirstFriction::kHeld);
     if (still) share_evenly(c.contacts, range);
@@ -164,9 +178,9 @@ void DirectCache::add_to(Hasher& hasher) const {
 }
 
 DirectReport solve_island_direct(SolverBodies& bodies, ContactPool& contacts, const SiIsland& island, Real dt,
-                                 const DirectSettings& settings, DirectCache& cache) {
+                                 const DirectSettings& settings, DirectCache& cache, IslandProbe* probe) {
     static thread_local DirectScratch scratch;
-    Context c{bodies, contacts, island, settings, cache, scratch, dt / settings.substeps, {}};
+    Context c{bodies, contacts, island, settings, cache, scratch, dt / settings.substeps, probe, {}};
     bodies.push.resize(bodies.velocity.size());
     save_velocities(c);
     scratch.factorisations_left = settings.most_factorisations;

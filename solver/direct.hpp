@@ -68,6 +68,6 @@ struct DirectReport {
 
 // Steps an island without joints and without restitution by dt, as solve_island_si does; or leaves it as it was, see `rescue_sweeps`.
 DirectReport solve_island_direct(SolverBodies& bodies, ContactPool& contacts, const SiIsland& island, Real dt,
-                                 const DirectSettings& settings, DirectCache& cache);
+                                 const DirectSettings& settings, DirectCache& cache, IslandProbe* probe = nullptr);
 
 }  // namespace cairn

@@ -1,6 +1,7 @@
 #include "solver/mixed.hpp"
 
 #include "solver/bounce.hpp"
+#include "solver/island_probe.hpp"
 #include "solver/mixed_response.hpp"
 #include "solver/rattle_rate.hpp"
 
@@ -73,7 +74,7 @@ constexpr Real kKeepResponse = 0.02;
 class MixedStep {
 public:
     MixedStep(Workspace& workspace, SolverBodies& bodies, ContactPool& contacts, JointPool& joints, const SiIsland& island, Real h,
-              const MixedSettings& settings, MixedReport& report)
+              const MixedSettings& settings, MixedReport& report, IslandProbe* probe)
         : ws_(workspace),
           bodies_(bodies),
           contacts_(contacts),
@@ -81,6 +82,7 @@ public:
           island_(island),
           settings_(settings),
           report_(report),
+          probe_(probe),
           h_(h) {}
 
     // False: too costly.
@@ -110,6 +112,7 @@ private:
     bool shake(std::vector<Real>* sum);
     void finish_drift();
     void second_solve();
+    void note_second();
 
     Workspace& ws_;
     SolverBodies& bodies_;
@@ -118,6 +121,7 @@ private:
     const SiIsland& island_;
     const MixedSettings& settings_;
     MixedReport& report_;
+    IslandProbe* probe_;
     const JointPlan* plan_ = nullptr;
     Real h_;
     int rows_ = 0;
@@ -276,6 +280,7 @@ bool MixedStep::first_solve() {
 
 bool MixedStep::push() {
     hold_contacts(contacts_, island_.contacts, bodies_);
+    if (probe_) probe_->note_solve(SolveTurn::kFirst, bodies_, contacts_, ws_.rows, ws_.first);
     begin_push(bodies_, first(), island_.dynamic_end);
     ws_.rows.velocities(bodies_, ws_.bias.data());
     for (int r = 0; r < rows_; ++r) ws_.bias[r] = -ws_.bias[r];
@@ -354,7 +359,15 @@ void MixedStep::second_solve() {
         [&] { return sweep_contact_velocities(contacts_, island_.contacts, bodies_); });
 }
 
+void MixedStep::note_second() {
+    for (int r = 0; r < rows_; ++r) ws_.residual[r] = ws_.first[r] + ws_.second[r];
+    probe_->note_solve(SolveTurn::kSecond, bodies_, contacts_, ws_.rows, ws_.residual);
+    build_joints(joints_, island_.joints, bodies_);
+    probe_->measure(bodies_, contacts_, contacts_.impulse, joints_);
+}
+
 bool MixedStep::substep() {
+    if (probe_) probe_->begin_substep(bodies_, h_);
     if (island_.has_bounce) {
         predict_bounces(contacts_, island_.contacts, bodies_, h_, true);
         turned_ = std::numeric_limits<Real>::infinity();  // rows are built along the normals of the impacts
@@ -367,7 +380,9 @@ bool MixedStep::substep() {
     follow_turn();
     release_contacts(contacts_, island_.contacts);
     end_push(bodies_, first(), island_.dynamic_end);
+    if (probe_) probe_->note_drift(bodies_, true);
     second_solve();
+    if (probe_) note_second();
     close_contact_substep(contacts_, island_.contacts, FirstFriction::kHalf);
     for (int r = 0; r < rows_; ++r) ws_.total[r] += ws_.first[r] + ws_.second[r];
     std::swap(ws_.warm_first, ws_.first);
@@ -395,13 +410,14 @@ int mixed_substeps(const SolverBodies& bodies, const SiIsland& island, Real dt, 
 }
 
 MixedReport solve_island_mixed(MixedWorkspace& workspace, SolverBodies& bodies, ContactPool& contacts, JointPool& joints,
-                               const SiIsland& island, Real dt, const MixedSettings& settings) {
+                               const SiIsland& island, Real dt, const MixedSettings& settings, IslandProbe* probe) {
     MixedReport report;
     SavedIsland& saved = workspace.data().saved;
     saved.save(bodies, contacts, island);
     for (int attempt = 0, parts = 1; attempt < settings.attempts; ++attempt, parts *= 2) {
         report.failure = MixedFailure::kNone;
-        MixedStep step(workspace.data(), bodies, contacts, joints, island, dt / settings.substeps, settings, report);
+        MixedStep step(workspace.data(), bodies, contacts, joints, island, dt / settings.substeps, settings, report, probe);
+        if (probe) probe->begin(island, FrictionModel::kPyramid);
         if (!step.begin()) {
             report.failure = MixedFailure::kTooCostly;
             return report;

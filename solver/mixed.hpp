@@ -71,6 +71,6 @@ int mixed_substeps(const SolverBodies& bodies, const SiIsland& island, Real dt, 
 // warm impulses set (those of dt / settings.substeps, as which they are left); totals are filled. Joint rows need not be built. Allocates
 // nothing once it has seen the island's graph.
 MixedReport solve_island_mixed(MixedWorkspace& workspace, SolverBodies& bodies, ContactPool& contacts, JointPool& joints,
-                               const SiIsland& island, Real dt, const MixedSettings& settings);
+                               const SiIsland& island, Real dt, const MixedSettings& settings, IslandProbe* probe = nullptr);
 
 }  // namespace cairn

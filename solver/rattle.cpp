@@ -1,3 +1,4 @@
+#include "solver/island_probe.hpp"
 #include "solver/rattle_rate.hpp"
 
 #include <algorithm>
@@ -10,6 +11,8 @@ constexpr Real kOuter = 0.41449077179437573714;  // 1 / (4 − 4^{1/3})
 // Rows and factor serve on while bodies have moved by less than this, relative to the largest arm.
 constexpr Real kKeep = 1e-11;
 constexpr Real kStage[5] = {kOuter, kOuter, 1 - 4 * kOuter, kOuter, kOuter};
+
+const ContactPool kNoContacts;
 
 class Integrator {
 public:
@@ -25,6 +28,9 @@ public:
     JointMotion motion_now();
     Real size() const { return size_; }
     void store();
+    // What prepare() has done, and how well the joints hold.
+    void note_start(IslandProbe& probe) const;
+    void note_end(IslandProbe& probe);
     void save();
     void restore();
     bool is_finite_state() const;
@@ -360,6 +366,16 @@ void Integrator::store() {
     });
 }
 
+void Integrator::note_start(IslandProbe& probe) const {
+    probe.note_solve(SolveTurn::kOnly, bodies_, kNoContacts, ws_.rows, ws_.total);
+    for (int i = first(); i < island_.dynamic_end; ++i) probe.note_moved(ws_.saved_motion[i - first()], bodies_.motion[i]);
+}
+
+void Integrator::note_end(IslandProbe& probe) {
+    build_joints(joints_, island_.joints, bodies_);
+    probe.measure(bodies_, kNoContacts, kNoContacts.impulse, joints_);
+}
+
 }  // namespace
 
 const char* to_string(RattleFailure failure) {
@@ -368,7 +384,7 @@ const char* to_string(RattleFailure failure) {
 }
 
 RattleReport solve_island_rattle(RattleWorkspace& workspace, SolverBodies& bodies, JointPool& joints, const SiIsland& island, Real dt,
-                                 const RattleSettings& settings) {
+                                 const RattleSettings& settings, IslandProbe* probe) {
     RattleReport report;
     if (island.contacts.begin < island.contacts.end) {
         report.failure = RattleFailure::kHasContacts;
@@ -383,7 +399,12 @@ RattleReport solve_island_rattle(RattleWorkspace& workspace, SolverBodies& bodie
     constexpr int kAttempts = 4;
     bool warm = true;  // impulses of a step with an impact in it, or with contacts that are gone, foretell nothing: then again without them
     for (int attempt = 1; attempt <= kAttempts && cut.substeps <= std::max(settings.max_substeps, settings.substeps); ++attempt) {
+        if (probe) {
+            probe->begin(island, FrictionModel::kNone);
+            probe->begin_substep(bodies, dt);
+        }
         integrator.prepare(dt, warm);
+        if (probe) integrator.note_start(*probe);
         const JointMotion start = integrator.motion_now();
         if (const RattleCut wanted = choose_cut(start, dt, integrator.size(), settings); wanted.total() > cut.total()) cut = wanted;
         const JointEnergy before = joint_energy(bodies, island);
@@ -409,6 +430,7 @@ RattleReport solve_island_rattle(RattleWorkspace& workspace, SolverBodies& bodie
             const bool exact = settings.substeps > 0 || lost <= admitted;
             if ((exact && wanted.total() <= 2 * cut.total()) || attempt == kAttempts) {
                 integrator.store();
+                if (probe) integrator.note_end(*probe);
                 return report;
             }
             if (exact) {

@@ -96,6 +96,6 @@ struct RattleWorkspace {
 // are filled; rows need not be built. When it fails, bodies and joints are as before. Allocates nothing once it has seen the island's
 // graph.
 RattleReport solve_island_rattle(RattleWorkspace& workspace, SolverBodies& bodies, JointPool& joints, const SiIsland& island, Real dt,
-                                 const RattleSettings& settings);
+                                 const RattleSettings& settings, IslandProbe* probe = nullptr);
 
 }  // namespace cairn

@@ -151,13 +151,13 @@ void JointRowList::errors(const JointPool& pool, const JointRanges& ranges, cons
     });
 }
 
-void JointRowList::velocities(const SolverBodies& bodies, Real* r) const {
+void JointRowList::velocities(const std::vector<BodyVelocity>& velocities, Real* r) const {
     for (const JointRow& row : list_) {
         Real* out = r + row.first;
         std::fill_n(out, row.n, 0.0);
         for (int side = 0; side < 2; ++side) {
             if (!row.counts[side]) continue;
-            const BodyVelocity& u = bodies.velocity[row.body[side]];
+            const BodyVelocity& u = velocities[row.body[side]];
             const Real v[6] = {u.v[0], u.v[1], u.v[2], u.w[0], u.w[1], u.w[2]};
             for (int k = 0; k < row.n; ++k) out[k] += dot6(row.G[side] + 6 * k, v);
         }

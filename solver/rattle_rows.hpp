@@ -61,7 +61,8 @@ public:
     // C at the present poses, size rows().
     void errors(const JointPool& pool, const JointRanges& ranges, const SolverBodies& bodies, Real* c) const;
     // G u, size rows().
-    void velocities(const SolverBodies& bodies, Real* r) const;
+    void velocities(const std::vector<BodyVelocity>& u, Real* r) const;
+    void velocities(const SolverBodies& bodies, Real* r) const { velocities(bodies.velocity, r); }
     // u += M⁻¹ Gᵀ λ.
     void apply(const Real* lambda, SolverBodies& bodies) const;
 

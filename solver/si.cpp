@@ -13,6 +13,14 @@ void close_substep(SiContext& c) {
     if (c.has_contacts) close_contact_substep(c.contacts, c.island.contacts, FirstFriction::kHalf);
 }
 
+// Tells the probe, if there is one, what a solve has left.
+void note(SiContext& c, SolveTurn turn) {
+    if (!c.probe) return;
+    if (c.wide) c.wide->unpack_rows(c.contacts);
+    c.probe->note_solve(turn, c.bodies, c.contacts, c.joints, c.targets);
+    if (turn == SolveTurn::kSecond) c.probe->measure(c.bodies, c.contacts, c.contacts.impulse, c.joints);
+}
+
 // Kick, then velocities that the drift may use without any error growing.
 void first_solve(SiContext& c) {
     kick(c.bodies, c.island.body_begin, c.island.dynamic_end, 0.5 * c.h);
@@ -53,9 +61,11 @@ void second_solve(SiContext& c) {
     iterate(
         c, c.settings.iterations, [&] { return sweep_joint_velocities(c.joints, c.island.joints, c.bodies); },
         [&] { return sweep_velocities(c); });
+    note(c, SolveTurn::kSecond);
 }
 
 void substep_split(SiContext& c) {
+    if (c.probe) c.probe->begin_substep(c.bodies, c.h);
     if (c.island.has_bounce)
         predict_bounces(c.contacts, c.island.contacts, c.bodies, c.h, c.settings.model.friction != FrictionModel::kPyramidFixed);
     first_solve(c);
@@ -86,6 +96,7 @@ void pushed_drift(SiContext& c) {
     if (c.has_joints) hold_joints(c.joints, c.island.joints);
     if (c.wide) c.wide->kernel().hold(c.wide->view(), c.h, c.settings.contact_push);
     if (narrow) hold_contacts(c.contacts, c.island.contacts, c.bodies);
+    note(c, c.targets ? SolveTurn::kOnly : SolveTurn::kFirst);
     begin_push(c.bodies, begin, end);
     if (c.wide) c.wide->kernel().sweep_normals(c.wide->view());
     if (narrow) push_contacts(c.contacts, c.island.contacts, c.bodies, c.h, c.settings.contact_push);
@@ -94,6 +105,7 @@ void pushed_drift(SiContext& c) {
     rebuild_rows(c);
     if (narrow) release_contacts(c.contacts, c.island.contacts);
     end_push(c.bodies, begin, end);
+    if (c.probe) c.probe->note_drift(c.bodies, true);
 }
 
 void SiReport::add(const SiReport& r) {
@@ -112,7 +124,7 @@ bool plan_wide(WideContacts& wide, const ContactPool& contacts, const SiIsland& 
 }
 
 SiReport solve_island_si(SolverBodies& bodies, ContactPool& contacts, JointPool& joints, const SiIsland& island, Real dt,
-                         const SiSettings& settings, WideContacts* wide) {
+                         const SiSettings& settings, WideContacts* wide, IslandProbe* probe) {
     SiContext c{bodies,
                 contacts,
                 joints,
@@ -127,6 +139,7 @@ SiReport solve_island_si(SolverBodies& bodies, ContactPool& contacts, JointPool&
     if (!c.has_contacts && island.joints.count() == 1) c.joint_soft = {};
     bodies.push.resize(bodies.velocity.size());
     c.wide = wide;
+    c.probe = probe;
     if (wide) wide->pack(contacts, bodies, island.body_begin, island.body_end);
     for (int k = 0; k < settings.substeps; ++k) {
         if (!settings.model.warm_start) {

@@ -2,6 +2,7 @@
 #include "solver/bounce.hpp"
 #include "solver/contact_models.hpp"
 #include "solver/reference_methods.hpp"
+#include "solver/residual.hpp"
 #include "solver/si_context.hpp"
 
 namespace cairn {
@@ -39,7 +40,17 @@ void solve(SiContext& c, const RowTargets& targets) {
             if (accelerated && !is_last && change > c.settings.residual_tolerance) nncg_carry_on(c.contacts, range, c.bodies, gradient);
             return change;
         });
-    if (c.has_contacts) c.report.natural_residual = contact_residual(c.contacts, range, c.bodies, model, targets);
+    if (!c.has_contacts) return;
+    ResidualMeasure residual;
+    add_contact_residual(c.contacts, range, c.contacts.impulse, c.bodies, model.friction, &targets, residual);
+    c.report.natural_residual = residual.max;
+}
+
+// The work of a solve; of the one that ends the substep, also the residuals.
+void note(SiContext& c, const RowTargets& targets, bool is_last) {
+    if (!c.probe) return;
+    c.probe->note_solve(SolveTurn::kOnly, c.bodies, c.contacts, c.joints, &targets);
+    if (is_last) c.probe->measure(c.bodies, c.contacts, c.contacts.impulse, c.joints, &targets);
 }
 
 }  // namespace
@@ -47,6 +58,8 @@ void solve(SiContext& c, const RowTargets& targets) {
 void substep_textbook(SiContext& c) {
     const RowTargets targets = targets_of(c);
     const SiStabilisation stabilisation = c.settings.stabilisation;
+    c.targets = &targets;
+    if (c.probe) c.probe->begin_substep(c.bodies, c.h);
     if (c.island.has_bounce)
         predict_bounces(c.contacts, c.island.contacts, c.bodies, c.h, c.settings.model.friction != FrictionModel::kPyramidFixed);
     kick(c.bodies, c.island.body_begin, c.island.dynamic_end, c.h);
@@ -57,11 +70,13 @@ void substep_textbook(SiContext& c) {
     }
     if (c.has_contacts) warm_start_all(c.contacts, c.island.contacts, c.bodies);
     solve(c, targets);
+    note(c, targets, stabilisation != SiStabilisation::kSoft);
     if (stabilisation == SiStabilisation::kSplit) {
         pushed_drift(c);
     } else {
         move_bodies(c);
         rebuild_rows(c);
+        if (c.probe) c.probe->note_drift(c.bodies, false);
     }
     if (stabilisation != SiStabilisation::kSoft) return;
     // The springs' velocity has done its work; what is left must not close gaps.
@@ -69,6 +84,7 @@ void substep_textbook(SiContext& c) {
     rigid.h = c.h;
     if (c.has_joints) bias_joints_baumgarte(c.joints, c.island.joints, c.bodies, c.h, 0);
     solve(c, rigid);
+    note(c, rigid, true);
 }
 
 }  // namespace cairn

@@ -1,6 +1,7 @@
 #include "solver/wide_contacts.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace cairn {
 namespace {
@@ -24,6 +25,16 @@ void set(WideVec& w, int lane, const Vec3& v) {
 
 Vec3 get(const WideVec& w, int lane) {
     return {w.x.lane[lane], w.y.lane[lane], w.z.lane[lane]};
+}
+
+PointRow get_row(const WideRow& row, int lane) {
+    PointRow r;
+    r.ang_a = get(row.ang_a, lane);
+    r.ang_b = get(row.ang_b, lane);
+    r.iang_a = get(row.iang_a, lane);
+    r.iang_b = get(row.iang_b, lane);
+    r.mass = row.mass.lane[lane];
+    return r;
 }
 
 template <typename T>
@@ -226,6 +237,31 @@ void WideContacts::unpack(ContactPool& pool) const {
                 pool.warm[block.first + i] = r.warm;
                 pool.total[block.first + i] = r.total;
                 for (int j = 0; j < 2 && block.friction >= 0; ++j) pool.frictions[block.friction + 2 * i + j].t = r.t[j];
+            }
+        }
+}
+
+void WideContacts::unpack_rows(ContactPool& pool) const {
+    for (int k = 0; k < batch_count(); ++k)
+        for (int l = 0; l < lanes_of(k); ++l) {
+            const WideBatch& batch = batches_[k];
+            ContactBlock& block = pool.blocks[block_of(k, l)];
+            block.n = get(batch.n, l);
+            for (int i = 0; i < block.count; ++i) {
+                const int p = batch.first + i;
+                NormalRow& row = pool.normals[block.first + i] = {};
+                static_cast<PointRow&>(row) = get_row(normals_[p], l);
+                row.separation = points_[p].separation.lane[l];
+                row.touching = std::isfinite(normals_[p].target.lane[l]);
+                PointImpulse& impulse = pool.impulse[block.first + i] = {};
+                impulse.normal = normal_impulse_[p].lane[l];
+                for (int j = 0; j < 2 && block.friction >= 0; ++j) {
+                    const int f = batch.friction + 2 * i + j;
+                    FrictionRow& friction = pool.frictions[block.friction + 2 * i + j];
+                    static_cast<PointRow&>(friction) = get_row(frictions_[f], l);
+                    friction.t = get(frictions_[f].t, l);
+                    impulse.friction[j] = friction_impulse_[f].lane[l];
+                }
             }
         }
 }

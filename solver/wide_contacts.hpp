@@ -43,6 +43,9 @@ public:
     // Copies the results of all points to the pool.
     void unpack(ContactPool& pool) const;
 
+    // Copies rows and impulses of the running substep to the pool, for others to look at.
+    void unpack_rows(ContactPool& pool) const;
+
     // The next substep starts from no impulse.
     void forget_warm_start();
 
