@@ -45,8 +45,10 @@ struct BodyDef {
     std::vector<Shape> shapes;
     Real friction = 0.5;               // Coulomb coefficient μ, >= 0; a pair has sqrt(μ_a μ_b)
     Real restitution = 0;              // e >= 0 (over 1 a bounce adds energy); a pair has the larger
-    Real torsional_friction = 0;       // [m], >= 0
-    Real rolling_friction = 0;         // [m], >= 0
+    // [m], >= 0; a pair has the larger of both. The largest moment against turning about the normal, and against rolling, is this times the
+    // normal force of the manifold.
+    Real torsional_friction = 0;
+    Real rolling_friction = 0;
     Vec3 force = Vec3::Zero();         // [N], constant, world, at the centre of mass
     Vec3 torque = Vec3::Zero();        // [N m], constant, world
     std::optional<RotateSine> motion;  // kinematic bodies only

@@ -96,11 +96,11 @@ bool takes(SolverChoice solver, const SiIsland& island) {
     const bool contacts = island.contacts.begin < island.contacts.end, joints = !island.joints.empty();
     switch (solver) {
         case SolverChoice::kDirect:
-            return contacts && !joints && !island.has_bounce;
+            return contacts && !joints && !island.has_bounce && !island.has_spins();
         case SolverChoice::kRattle:
             return joints && !contacts;
         case SolverChoice::kMixed:
-            return joints && contacts;
+            return joints && contacts && !island.has_spins();
         case SolverChoice::kAuto:
         case SolverChoice::kSi:
             break;

@@ -87,6 +87,18 @@ bool has_friction(const WorldData& world, const Contact& c) {
     return c.mu > 0 && world.settings.model.friction != FrictionModel::kNone;
 }
 
+// The block's torsional and rolling friction: the larger coefficient of the two bodies.
+void add_spin(WorldData& world, ContactPool& pool, const Contact& c, const CachedManifold& m) {
+    const BodyInfo &a = world.info[c.body_a], &b = world.info[c.body_b];
+    SpinRow row;
+    row.torsional = std::max(a.torsional_friction, b.torsional_friction);
+    row.rolling = std::max(a.rolling_friction, b.rolling_friction);
+    if (row.torsional == 0 && row.rolling == 0) return;
+    row.block = static_cast<int>(pool.blocks.size()) - 1;
+    row.warm = m.warm_spin;
+    pool.spins.push_back(row);
+}
+
 void build_manifold(WorldData& world, IslandWorkspace& work, Real dt, const Contact& c, CachedManifold& m, const SolverBody& a,
                     const SolverBody& b, SiIsland& island) {
     ContactPool& pool = work.contact_pool;
@@ -139,6 +151,7 @@ void build_manifold(WorldData& world, IslandWorkspace& work, Real dt, const Cont
         }
     }
     pool.blocks.push_back(block);
+    if (world.has_spin_friction && friction != FrictionModel::kNone) add_spin(world, pool, c, m);
 }
 
 void store_point(CachedPoint& p, const WarmImpulse& warm, const PointImpulse& total) {
@@ -202,6 +215,7 @@ void build_contact_blocks(WorldData& world, IslandWorkspace& work, Real dt, cons
         }
     }
     island.contacts.end = static_cast<int>(work.contact_pool.blocks.size());
+    island.spins.end = static_cast<int>(work.contact_pool.spins.size());
 }
 
 void store_contact_impulses(WorldData& world, IslandWorkspace& work, const SiIsland& island) {
@@ -220,6 +234,7 @@ void store_contact_impulses(WorldData& world, IslandWorkspace& work, const SiIsl
             store_friction(m.points[i], warm, rows[0].t, rows[1].t);
         }
     }
+    for (int k = island.spins.begin; k < island.spins.end; ++k) source_of(world, work, pool.spins[k].block).warm_spin = pool.spins[k].warm;
 }
 
 }  // namespace cairn

@@ -76,6 +76,7 @@ void copy_points(CachedManifold& to, const CachedManifold& from) {
     to.n = from.n;
     to.sub_key = from.sub_key;
     to.count = from.count;
+    to.warm_spin = from.warm_spin;
     std::copy(from.points.begin(), from.points.begin() + from.count, to.points.begin());
 }
 
@@ -98,7 +99,10 @@ void replace_single(Contact& c, const Manifold& fresh, bool is_new, const Transf
     if (!is_new) copy_points(old, m);
     set_manifold(m, fresh, X_WA, X_WB);
     for (int k = 0; k < m.count; ++k) clear_impulses(m.points[k]);
-    if (!is_new) match_points(m, old, c.size);
+    m.warm_spin.setZero();
+    if (is_new) return;
+    m.warm_spin = old.warm_spin;
+    match_points(m, old, c.size);
 }
 
 // Mesh pairs.
@@ -110,8 +114,10 @@ void replace_many(Contact& c, const Manifold* fresh, int count, const Transform&
         CachedManifold& m = c.manifold(i);
         set_manifold(m, fresh[i], X_WA, X_WB);
         for (int k = 0; k < m.count; ++k) clear_impulses(m.points[k]);
+        m.warm_spin.setZero();
         for (int j = 0; j < c.manifold_count; ++j) {
             if (old[j].sub_key != m.sub_key && old[j].n.dot(m.n) <= 0.95) continue;
+            m.warm_spin = old[j].warm_spin;
             match_points(m, old[j], c.size);
             break;
         }

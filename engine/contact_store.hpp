@@ -37,6 +37,7 @@ struct CachedManifold {
     NormalOwner owner = NormalOwner::kNone;
     std::uint32_t sub_key = 0;
     int count = 0;
+    Vec3 warm_spin = Vec3::Zero();  // [N m s], world: what torsional and rolling friction start a substep with
     std::array<CachedPoint, kMaxManifoldPoints> points;
 };
 

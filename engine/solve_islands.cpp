@@ -1,5 +1,6 @@
 // Stages 3 and 4: groups what is tied together, builds rows per island, solves, takes the results back.
 #include "engine/world_data.hpp"
+#include "solver/spin_rows.hpp"
 
 #include <algorithm>
 
@@ -122,6 +123,7 @@ SiIsland build_island(WorldData& world, IslandWorkspace& work, int index, Real d
     joint_pool_sizes(work.joint_pool, island.joints.end);
 
     island.contacts.begin = static_cast<int>(work.contact_pool.blocks.size());
+    island.spins.begin = static_cast<int>(work.contact_pool.spins.size());
     const IndexRange contacts = islands.items(index, IslandBuilder::kContact);
     build_contact_blocks(world, work, dt, islands.item_list(IslandBuilder::kContact), contacts.begin, contacts.end, island);
     for (std::uint32_t body : work.kinematic_used) work.solver_index[body] = -1;
@@ -201,6 +203,7 @@ bool solve_directly(WorldData& world, IslandWorkspace& work, const SiIsland& isl
 void scale_warm_impulses(IslandWorkspace& work, const SiIsland& island, Real scale) {
     if (scale == 1) return;
     scale_warm_start(work.contact_pool, island.contacts, scale);
+    scale_warm_spins(work.contact_pool, island.spins, scale);
     scale_warm_start(work.joint_pool, island.joints, scale);
 }
 

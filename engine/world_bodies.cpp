@@ -212,6 +212,7 @@ BodyId World::add_body(const BodyDef& def) {
     info.restitution = def.restitution;
     info.torsional_friction = def.torsional_friction;
     info.rolling_friction = def.rolling_friction;
+    world.has_spin_friction |= def.torsional_friction > 0 || def.rolling_friction > 0;
     if (def.motion) {
         info.motion = def.motion;
         info.motion->axis.normalize();

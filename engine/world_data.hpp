@@ -163,6 +163,7 @@ struct WorldData {
     Real time = 0;
     std::vector<Body> bodies;
     std::vector<BodyInfo> info;
+    bool has_spin_friction = false;    // a body has been added that has torsional or rolling friction
     std::vector<RestState> rest;  // size of bodies; with WorldSettings::sleep
     std::vector<ShapeRecord> shapes;
     std::vector<ShapeMotion> motions;  // of the shapes

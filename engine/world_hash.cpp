@@ -12,7 +12,7 @@ void hash_body(Hasher& h, const Body& b, const BodyInfo& info) {
     h.add_word(b.sleep_group);
     for (const bool flag : {b.enabled, b.asleep, b.moved}) h.add_word(flag);
     h.add(b.inv_mass), h.add(b.inv_inertia_B);
-    h.add(info.friction), h.add(info.restitution);
+    h.add(info.friction), h.add(info.restitution), h.add(info.torsional_friction), h.add(info.rolling_friction);
     h.add(info.rotation0), h.add(info.motion_time0);
     if (info.motion) h.add(info.motion->axis), h.add(info.motion->amplitude), h.add(info.motion->period), h.add(info.motion->phase);
 }
@@ -45,6 +45,7 @@ void hash_contact(Hasher& h, const Contact& c) {
         const CachedManifold& m = c.manifold(i);
         h.add(m.n), h.add(m.n_local);
         h.add_word(static_cast<std::uint64_t>(m.owner)), h.add_word(m.sub_key), h.add_word(static_cast<std::uint64_t>(m.count));
+        h.add(m.warm_spin);
         for (int k = 0; k < m.count; ++k) hash_point(h, m.points[k]);
     }
 }

@@ -96,6 +96,7 @@ void warm_start(ContactPool& pool, BlockRange range, SolverBodies& bodies, Norma
 
 void ContactPool::clear() {
     blocks.clear();
+    spins.clear();
     point_count = friction_count = 0;
 }
 

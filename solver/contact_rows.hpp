@@ -92,6 +92,20 @@ struct ContactBlock {
     Real built_turn_b = 0;
 };
 
+// Torsional and rolling friction of a block (solver/spin_rows.hpp), for the few that have any.
+struct SpinRow {
+    int block = 0;
+    Real torsional = 0;                // c_t [m]
+    Real rolling = 0;                  // c_r [m]
+    Vec3 warm = Vec3::Zero();          // [N m s], of the substep before, both solves
+    Vec3 impulse = Vec3::Zero();       // [N m s], of the running substep
+    Vec3 total = Vec3::Zero();         // [N m s], summed over the substeps
+    Mat3 response = Mat3::Identity();  // K = I_A⁻¹ + I_B⁻¹ [1/(kg m²)]
+    Real torsion_mass = 0;             // 1 / nᵀKn [kg m²]
+    Real rolling_mass = 0;             // 1 / the largest eigenvalue of K across n
+    Real arm = 0;                      // [m], from the centres to the points: makes rates of turning velocities
+};
+
 // Pools of the contact rows of all islands; an island owns a range of blocks, a block a range of points.
 struct ContactPool {
     std::vector<ContactBlock> blocks;
@@ -103,6 +117,7 @@ struct ContactPool {
     std::vector<PointImpulse> total;      // size p: summed over the substeps
     std::vector<PointImpulse> before;     // size p, scratch of the reference methods
     std::vector<PointImpulse> direction;  // likewise
+    std::vector<SpinRow> spins;
     // In use; the vectors keep their size from step to step.
     std::size_t point_count = 0;
     std::size_t friction_count = 0;

@@ -1,6 +1,7 @@
 #include "solver/bounce.hpp"
 #include "solver/contact_models.hpp"
 #include "solver/si_context.hpp"
+#include "solver/spin_rows.hpp"
 
 #include <algorithm>
 
@@ -9,6 +10,7 @@ namespace {
 
 void close_substep(SiContext& c) {
     if (c.has_joints) close_joint_substep(c.joints, c.island.joints);
+    if (c.has_spins) close_spin_substep(c.contacts, c.island.spins);
     if (c.wide) return c.wide->kernel().close(c.wide->view());
     if (c.has_contacts) close_contact_substep(c.contacts, c.island.contacts, FirstFriction::kHalf);
 }
@@ -33,6 +35,7 @@ void first_solve(SiContext& c) {
     } else if (c.has_contacts) {
         warm_start_first(c.contacts, c.island.contacts, c.bodies);
     }
+    if (c.has_spins) warm_start_spins_first(c.contacts, c.island.spins, c.bodies);
     iterate(
         c, c.settings.iterations, [&] { return sweep_joint_positions(c.joints, c.island.joints, c.bodies, c.joint_soft); },
         [&] {
@@ -47,7 +50,9 @@ Real sweep_velocities(SiContext& c) {
     const SiModel& model = c.settings.model;
     const bool pyramid = model.friction == FrictionModel::kPyramid || model.friction == FrictionModel::kPyramidFixed;
     const Real change = sweep_contact_velocities(c.contacts, c.island.contacts, c.bodies, pyramid);
-    return pyramid ? change : std::max(change, sweep_frictions(c.contacts, c.island.contacts, c.bodies, model));
+    const Real friction = pyramid ? 0 : sweep_frictions(c.contacts, c.island.contacts, c.bodies, model);
+    const Real spin = c.has_spins ? sweep_spins(c.contacts, c.island.spins, c.bodies) : 0;
+    return std::max({change, friction, spin});
 }
 
 void second_solve(SiContext& c) {
@@ -58,6 +63,7 @@ void second_solve(SiContext& c) {
     } else if (c.has_contacts) {
         warm_start_second(c.contacts, c.island.contacts, c.bodies);
     }
+    if (c.has_spins) warm_start_spins_second(c.contacts, c.island.spins, c.bodies);
     iterate(
         c, c.settings.iterations, [&] { return sweep_joint_velocities(c.joints, c.island.joints, c.bodies); },
         [&] { return sweep_velocities(c); });
@@ -88,6 +94,7 @@ void rebuild_rows(SiContext& c) {
     } else if (c.has_contacts) {
         advance_blocks(c.contacts, c.island.contacts, c.bodies, c.h, c.settings.rebuild_angle);
     }
+    if (c.has_spins) build_spins(c.contacts, c.island.spins, c.bodies);
 }
 
 void pushed_drift(SiContext& c) {
@@ -96,6 +103,7 @@ void pushed_drift(SiContext& c) {
     if (c.has_joints) hold_joints(c.joints, c.island.joints);
     if (c.wide) c.wide->kernel().hold(c.wide->view(), c.h, c.settings.contact_push);
     if (narrow) hold_contacts(c.contacts, c.island.contacts, c.bodies);
+    if (c.has_spins) hold_spins(c.contacts, c.island.spins, c.bodies);
     note(c, c.targets ? SolveTurn::kOnly : SolveTurn::kFirst);
     begin_push(c.bodies, begin, end);
     if (c.wide) c.wide->kernel().sweep_normals(c.wide->view());
@@ -118,7 +126,7 @@ void SiReport::add(const SiReport& r) {
 
 bool plan_wide(WideContacts& wide, const ContactPool& contacts, const SiIsland& island, const SiSettings& settings) {
     const FrictionModel friction = settings.model.friction;
-    return island.contacts.begin < island.contacts.end && !island.has_bounce && settings.stabilisation == SiStabilisation::kSplit &&
+    return island.contacts.begin < island.contacts.end && !island.has_bounce && !island.has_spins() && settings.stabilisation == SiStabilisation::kSplit &&
            !settings.model.is_textbook() && friction != FrictionModel::kCone && friction != FrictionModel::kOneDirection &&
            wide.plan(contacts, island.contacts, island.body_begin, island.dynamic_end);
 }
@@ -133,17 +141,20 @@ SiReport solve_island_si(SolverBodies& bodies, ContactPool& contacts, JointPool&
                 dt / settings.substeps,
                 island.contacts.begin < island.contacts.end,
                 !island.joints.empty(),
+                island.has_spins(),
                 make_softness(settings.joint_h_omega, settings.joint_damping),
                 {}};
     // A joint alone is solved by one sweep and may be rigid; joints that have to agree with others by sweeps may not.
     if (!c.has_contacts && island.joints.count() == 1) c.joint_soft = {};
     bodies.push.resize(bodies.velocity.size());
+    if (c.has_spins) build_spins(contacts, island.spins, bodies);
     c.wide = wide;
     c.probe = probe;
     if (wide) wide->pack(contacts, bodies, island.body_begin, island.body_end);
     for (int k = 0; k < settings.substeps; ++k) {
         if (!settings.model.warm_start) {
             scale_warm_start(contacts, island.contacts, 0);
+            scale_warm_spins(contacts, island.spins, 0);
             if (c.wide) c.wide->forget_warm_start();
             scale_warm_start(joints, island.joints, 0);
         }

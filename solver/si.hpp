@@ -47,8 +47,10 @@ struct SiIsland {
     int dynamic_end = 0;
     int body_end = 0;
     BlockRange contacts;
+    BlockRange spins;  // torsional and rolling friction of its contacts
     JointRanges joints;
     bool has_bounce = false;  // a row with restitution
+    bool has_spins() const { return spins.begin < spins.end; }
 };
 
 struct SiReport {

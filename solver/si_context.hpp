@@ -18,6 +18,7 @@ struct SiContext {
     Real h;
     bool has_contacts;
     bool has_joints;
+    bool has_spins;
     Softness joint_soft;
     SiReport report;
     WideContacts* wide = nullptr;  // takes the contacts' stages of the default substep, where that pays

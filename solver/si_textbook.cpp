@@ -4,6 +4,7 @@
 #include "solver/reference_methods.hpp"
 #include "solver/residual.hpp"
 #include "solver/si_context.hpp"
+#include "solver/spin_rows.hpp"
 
 namespace cairn {
 namespace {
@@ -25,8 +26,8 @@ RowTargets targets_of(const SiContext& c) {
 void solve(SiContext& c, const RowTargets& targets) {
     const SiModel& model = c.settings.model;
     const BlockRange range = c.island.contacts;
-    // The directions are of contact rows; joints would break them.
-    const bool accelerated = model.method == SweepMethod::kNncg && c.has_contacts && !c.has_joints;
+    // The directions are of contact rows; joints and moments would break them.
+    const bool accelerated = model.method == SweepMethod::kNncg && c.has_contacts && !c.has_joints && !c.has_spins;
     int sweeps = 0;
     Real gradient = 0;
     if (accelerated) nncg_begin(c.contacts, range);
@@ -35,7 +36,9 @@ void solve(SiContext& c, const RowTargets& targets) {
         [&] {
             const bool is_last = ++sweeps == c.settings.iterations;
             const Real normals = sweep_normals(c.contacts, range, c.bodies, model, targets);
-            const Real change = std::max(normals, sweep_frictions(c.contacts, range, c.bodies, model));
+            const Real frictions = sweep_frictions(c.contacts, range, c.bodies, model);
+            const Real spins = c.has_spins ? sweep_spins(c.contacts, c.island.spins, c.bodies) : 0;
+            const Real change = std::max({normals, frictions, spins});
             // Nothing follows that would project λ back on its bounds.
             if (accelerated && !is_last && change > c.settings.residual_tolerance) nncg_carry_on(c.contacts, range, c.bodies, gradient);
             return change;
@@ -69,6 +72,7 @@ void substep_textbook(SiContext& c) {
         warm_start_all(c.joints, c.island.joints, c.bodies);
     }
     if (c.has_contacts) warm_start_all(c.contacts, c.island.contacts, c.bodies);
+    if (c.has_spins) warm_start_spins_all(c.contacts, c.island.spins, c.bodies);
     solve(c, targets);
     note(c, targets, stabilisation != SiStabilisation::kSoft);
     if (stabilisation == SiStabilisation::kSplit) {

@@ -6,7 +6,7 @@
 
 namespace cairn::cli {
 
-enum ExitCode : int { kSuccess = 0, kRunFailed = 1, kBadInput = 2, kUnsupported = 3 };
+enum ExitCode : int { kSuccess = 0, kRunFailed = 1, kBadInput = 2 };
 
 void add_run_command(CLI::App& app, int& exit_code);
 void add_list_command(CLI::App& app, int& exit_code);

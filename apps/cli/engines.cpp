@@ -42,7 +42,6 @@ public:
 
 private:
     static WorldSettings world_settings(const Scene& scene, const EngineSettings& s) {
-        if (const std::vector<std::string> missing = unsupported_features(scene); !missing.empty()) throw Unsupported(missing.front());
         RunOptions options;
         options.substeps = s.substeps;
         options.iterations = s.iterations;

@@ -19,7 +19,7 @@ int run_command_line(int argc, char** argv) {
     int exit_code = kSuccess;
     CLI::App app{"Cairn: 3D rigid-body physics", "cairn"};
     app.require_subcommand(1);
-    app.footer("cairn COMMAND --help explains a command.\nExit codes: 0 well, 1 the run reported a failure, 2 bad input, 3 unsupported.");
+    app.footer("cairn COMMAND --help explains a command.\nExit codes: 0 well, 1 the run reported a failure, 2 bad input.");
     add_run_command(app, exit_code);
     add_list_command(app, exit_code);
     add_scenes_command(app, exit_code);

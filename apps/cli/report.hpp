@@ -9,7 +9,7 @@
 namespace cairn::cli {
 
 // The runner line of docs/formats.md, without the line break.
-std::string runner_line(const Scene& scene, const RunResult& result, const std::vector<std::string>& unsupported);
+std::string runner_line(const Scene& scene, const RunResult& result);
 
 std::string summary(const Scene& scene, const RunResult& result);
 

@@ -23,22 +23,10 @@ struct Arguments {
     bool profile = false;
 };
 
-int report_unsupported(const Scene& scene, const RunOptions& options, const std::vector<std::string>& unsupported, bool json) {
-    RunResult nothing;
-    nothing.dt = options.dt;
-    nothing.settings = settings_from(options);
-    for (const std::string& feature : unsupported) fmt::print(stderr, "{}: {}: not supported yet\n", scene.name, feature);
-    if (json) fmt::print("{}\n", runner_line(scene, nothing, unsupported));
-    return kUnsupported;
-}
-
 int run(const Arguments& arguments) {
     RunOptions options = run_options(arguments.run);
     options.profile = arguments.profile;
     const Scene scene = load_scene(find_scene(arguments.scene));
-    const std::vector<std::string> unsupported = unsupported_features(scene);
-    if (!unsupported.empty()) return report_unsupported(scene, options, unsupported, arguments.json);
-
     std::unique_ptr<StatesFile> states;
     SampleCallback on_sample;
     if (!arguments.states.empty()) {
@@ -52,7 +40,7 @@ int run(const Arguments& arguments) {
     }
     if (states) states->finish();
     if (arguments.json) {
-        fmt::print("{}\n", runner_line(scene, result, {}));
+        fmt::print("{}\n", runner_line(scene, result));
     } else if (!arguments.quiet) {
         fmt::print("{}", summary(scene, result));
     }

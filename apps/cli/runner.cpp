@@ -83,16 +83,6 @@ std::vector<long> sample_steps(Real sample_interval, Real dt, long steps) {
     return due;
 }
 
-std::vector<std::string> unsupported_features(const Scene& scene) {
-    std::vector<std::string> missing;
-    const auto any = [&](Real BodyDef::*key) {
-        return std::any_of(scene.bodies.begin(), scene.bodies.end(), [key](const BodyDef& body) { return body.*key != 0; });
-    };
-    if (any(&BodyDef::torsional_friction)) missing.emplace_back("torsional_friction");
-    if (any(&BodyDef::rolling_friction)) missing.emplace_back("rolling_friction");
-    return missing;
-}
-
 RunResult run_scene(const Scene& scene, const RunOptions& options, const SampleCallback& on_sample, const StepCallback& on_step) {
     using Clock = std::chrono::steady_clock;
     RunResult result;

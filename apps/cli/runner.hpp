@@ -63,9 +63,6 @@ long step_count(Real duration, Real dt);
 // The steps, of 1 … steps, after which a sample is due: those nearest a multiple of the interval [s], and the last; ascending.
 std::vector<long> sample_steps(Real sample_interval, Real dt, long steps);
 
-// What the scene asks for that the engine has not: keys of the file, each once; empty if it can be run.
-std::vector<std::string> unsupported_features(const Scene& scene);
-
 // Throws Error when a forced solver cannot take an island.
 RunResult run_scene(const Scene& scene, const RunOptions& options, const SampleCallback& on_sample = {}, const StepCallback& on_step = {});
 
