@@ -48,6 +48,27 @@ Real sweep(ContactPool& pool, BlockRange range, SolverBodies& bodies, bool with_
     return change;
 }
 
+// The same impulse at every point of a block, as much as moves the points by what they lack on average. Point after point instead, the
+// first ones take what all need and tip a body that is pushed out of another.
+template <typename TargetOf>
+void push_evenly(ContactPool& pool, const ContactBlock& block, BlockVelocity& u, TargetOf target_of) {
+    PointRow sum;
+    Real lack = 0, least = kInfinity;
+    for (int i = block.first; i < block.first + block.count; ++i) {
+        const NormalRow& row = pool.normals[i];
+        sum.ang_a += row.ang_a;
+        sum.ang_b += row.ang_b;
+        sum.iang_a += row.iang_a;
+        sum.iang_b += row.iang_b;
+        lack += target_of(row) - u.along(block.n, row);
+        least = std::min(least, pool.impulse[i].normal);
+    }
+    const Real S = block.count * block.count * block.inv_mass_sum + sum.ang_a.dot(sum.iang_a) + sum.ang_b.dot(sum.iang_b);
+    const Real lambda = std::max(lack / S, -least);
+    for (int i = block.first; i < block.first + block.count; ++i) pool.impulse[i].normal += lambda;
+    u.apply(block, block.count * block.n, sum, lambda);
+}
+
 // The first solve has no friction rows; it has half of the substep's friction from the warm start. A manifold that it ended without any
 // normal impulse has no friction either, and what the warm start gave goes back before the drift: after an impact that is followed by
 // nothing bodies would be carried on by it for a substep. Single points without impulse keep theirs: what few sweeps give to one corner of
@@ -307,7 +328,15 @@ Real sweep_contact_gaps(ContactPool& pool, BlockRange range, SolverBodies& bodie
 }
 
 void push_contacts(ContactPool& pool, BlockRange range, SolverBodies& bodies, Real h, Real rate) {
-    sweep(pool, range, bodies, false, [h, rate](const NormalRow& row) { return gap_target(row, h, rate); });
+    const auto target_of = [h, rate](const NormalRow& row) { return gap_target(row, h, rate); };
+    for (int k = range.begin; k < range.end; ++k) {
+        const ContactBlock& block = pool.blocks[k];
+        BlockVelocity u(block, bodies);
+        if (block.count > 1) push_evenly(pool, block, u, target_of);
+        for (int i = block.first; i < block.first + block.count; ++i)
+            u.solve_normal(block, pool.normals[i], pool.impulse[i].normal, target_of(pool.normals[i]));
+        u.store(block, bodies);
+    }
 }
 
 Real sweep_contact_velocities(ContactPool& pool, BlockRange range, SolverBodies& bodies, bool with_friction) {

@@ -173,7 +173,8 @@ Real sweep_contact_gaps(ContactPool& pool, BlockRange range, SolverBodies& bodie
 // follows starts from there and leaves no trace in the impulses.
 void hold_contacts(ContactPool& pool, BlockRange range, SolverBodies& bodies);
 
-// One sweep of the push: velocities that move each gap to zero and each penetration by `rate` of itself within h.
+// One sweep of the push: velocities that move each gap to zero and each penetration by `rate` of itself within h; of each block its
+// points together first, then one by one.
 void push_contacts(ContactPool& pool, BlockRange range, SolverBodies& bodies, Real h, Real rate);
 
 // After the drift: notes what touches, and sets the impulses back to where the first solve held them.

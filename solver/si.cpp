@@ -106,7 +106,7 @@ void pushed_drift(SiContext& c) {
     if (c.has_spins) hold_spins(c.contacts, c.island.spins, c.bodies);
     note(c, c.targets ? SolveTurn::kOnly : SolveTurn::kFirst);
     begin_push(c.bodies, begin, end);
-    if (c.wide) c.wide->kernel().sweep_normals(c.wide->view());
+    if (c.wide) c.wide->kernel().push(c.wide->view());
     if (narrow) push_contacts(c.contacts, c.island.contacts, c.bodies, c.h, c.settings.contact_push);
     measure_push(c.bodies, begin, end);
     move_bodies(c);

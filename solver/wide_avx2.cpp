@@ -5,8 +5,8 @@
 
 namespace cairn {
 
-const WideKernel kAvx2WideKernel = {"avx2",     avx2::build,   avx2::start_first,  avx2::sweep_normals, avx2::sweep_velocities,
-                                    avx2::hold, avx2::advance, avx2::start_second, avx2::close};
+const WideKernel kAvx2WideKernel = {"avx2",     avx2::build, avx2::start_first, avx2::sweep_normals, avx2::sweep_velocities,
+                                    avx2::hold, avx2::push,  avx2::advance,     avx2::start_second,  avx2::close};
 
 }  // namespace cairn
 #endif

@@ -102,6 +102,7 @@ struct WideKernel {
     double (*sweep_normals)(const WideView&);
     double (*sweep_velocities)(const WideView&);
     void (*hold)(const WideView&, double h, double rate);  // sets the targets of the push, too
+    void (*push)(const WideView&);
     void (*advance)(const WideView&, double h, double tolerance);
     void (*start_second)(const WideView&);  // release and warm start; sets the targets of the velocities, too
     void (*close)(const WideView&);

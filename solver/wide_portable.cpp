@@ -5,7 +5,7 @@
 namespace cairn {
 
 const WideKernel kPortableWideKernel = {
-    "portable",     portable::build,   portable::start_first,  portable::sweep_normals, portable::sweep_velocities,
-    portable::hold, portable::advance, portable::start_second, portable::close};
+    "portable",     portable::build, portable::start_first, portable::sweep_normals, portable::sweep_velocities,
+    portable::hold, portable::push,  portable::advance,     portable::start_second,  portable::close};
 
 }  // namespace cairn

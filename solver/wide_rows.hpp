@@ -112,6 +112,42 @@ static double sweep_normals(const WideView& s) {
     return largest(most);
 }
 
+// As push_evenly in contact_rows.cpp. Lanes of one point are left to their row.
+CAIRN_WIDE_INLINE void push_evenly(const WideView& s, const WideBatch& batch, BatchVelocity& u) {
+    const Vec n = load(batch.n);
+    WideRow sum = {};
+    V4 count = all(0), lack = all(0), least = all(kInfinite);
+    const auto add = [](WideVec& to, const WideVec& from, V4 used) { save(to, load(to) + used * load(from)); };
+    for (int p = batch.first; p < batch.first + batch.count; ++p) {
+        const WideNormal& row = s.normals[p];
+        const V4 used = load(s.points[p].is_used);
+        add(sum.ang_a, row.ang_a, used);
+        add(sum.ang_b, row.ang_b, used);
+        add(sum.iang_a, row.iang_a, used);
+        add(sum.iang_b, row.iang_b, used);
+        lack = lack + used * (load(row.target) - along(u, n, row));
+        least = smaller(least, select(used != 0, load(s.normal_impulse[p]), all(kInfinite)));
+        count = count + used;
+    }
+    const M4 several = count > 1;
+    if (!any(several)) return;
+    const V4 S = count * count * load(batch.inv_mass_sum) + dot(load(sum.ang_a), load(sum.iang_a)) + dot(load(sum.ang_b), load(sum.iang_b));
+    const V4 lambda = select(several, larger(lack / S, -least), all(0));
+    for (int p = batch.first; p < batch.first + batch.count; ++p)
+        save(s.normal_impulse[p], load(s.normal_impulse[p]) + load(s.points[p].is_used) * lambda);
+    apply(u, batch, count * n, sum, lambda);
+}
+
+static void push(const WideView& s) {
+    for (int k = 0; k < s.batch_count; ++k) {
+        const WideBatch& batch = s.batches[k];
+        BatchVelocity u = velocity_of(s, batch);
+        if (batch.count > 1) push_evenly(s, batch, u);
+        sweep_batch_normals(s, batch, u);
+        store_velocity(s, batch, u);
+    }
+}
+
 static double sweep_velocities(const WideView& s) {
     V4 most = all(0);
     for (int k = 0; k < s.batch_count; ++k) {

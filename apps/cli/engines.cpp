@@ -19,7 +19,7 @@ namespace {
 class Cairn : public Rival {
 public:
     Cairn(const Scene& scene, const EngineSettings& settings)
-        : scene_(scene), built_(build_world(scene, world_settings(scene, settings))) {}
+        : scene_(scene), built_(build_world(scene, world_settings(settings))) {}
 
     std::string version() const override { return CAIRN_VERSION; }
     int precision() const override { return 64; }
@@ -41,7 +41,7 @@ public:
     int contacts() const override { return contacts_; }
 
 private:
-    static WorldSettings world_settings(const Scene& scene, const EngineSettings& s) {
+    static WorldSettings world_settings(const EngineSettings& s) {
         RunOptions options;
         options.substeps = s.substeps;
         options.iterations = s.iterations;
