@@ -76,7 +76,7 @@ void choose_by_contents(const WorldSettings& settings, const SiIsland& island, S
     if (takes(SolverChoice::kRattle, island)) return choose(SolverChoice::kRattle, SolverReason::kJointsAlone);
     if (takes(SolverChoice::kDirect, island)) return choose(SolverChoice::kDirect, SolverReason::kContactsAlone);
     if (takes(SolverChoice::kMixed, island)) return choose(SolverChoice::kMixed, SolverReason::kJointsAndContacts);
-    choose(SolverChoice::kSi, SolverReason::kBounces);
+    choose(SolverChoice::kSi, island.has_spins() ? SolverReason::kSpinFriction : SolverReason::kBounces);
 }
 
 SolverPlan give_to_sweeps(SolverPlan plan, SolverReason reason) {

@@ -102,6 +102,7 @@ const char* to_string(SolverReason reason) {
                                                    "the bodies touch, without joints or bounces",
                                                    "joints hold bodies that touch",
                                                    "bodies bounce",
+                                                   "contacts have torsional or rolling friction",
                                                    "too many bodies move for a direct solve",
                                                    "a single body moves",
                                                    "the direct solver did not converge lately",

@@ -20,12 +20,13 @@ enum class SolverReason : std::uint8_t {
     kContactsAlone,      // no joint, no bounce, small or hardly moving: direct
     kJointsAndContacts,  // mixed
     kBounces,            // contacts with restitution: sequential impulses
+    kSpinFriction,       // torsional or rolling friction: sequential impulses
     kLarge,              // more moving bodies than the direct solver takes
     kLoneMover,          // one body that moves: sequential impulses solve it as well
     kWaits,              // the direct solver has not converged lately, and waits
     kSpent,              // the direct solver has spent what the island may cost
 };
-constexpr int kSolverReasons = 10;
+constexpr int kSolverReasons = 11;
 
 // Natural-map residual ‖x − proj(x − r w)‖ / r of a row: x its impulse, w its velocity less what it aims at, r its effective mass. [m/s]
 // Of the solve that ends each substep: normal rows aim at no approach (or at their bounce), friction rows at no slip within ±μ λ_N, joint

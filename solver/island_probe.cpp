@@ -20,6 +20,7 @@ void IslandProbe::begin_substep(const SolverBodies& bodies, Real h) {
     driven_.assign(bodies.velocity.size(), {});
     for (int i = island_.dynamic_end; i < island_.body_end; ++i) driven_[i] = bodies.velocity[i];
     std::fill(noted_.begin(), noted_.end(), PointImpulse{});
+    std::fill(noted_spins_.begin(), noted_spins_.end(), Vec3(Vec3::Zero()));
     std::fill(noted_joints_.begin(), noted_joints_.end(), 0.0);
 }
 
@@ -60,6 +61,20 @@ void IslandProbe::note_contacts(const ContactPool& contacts, const RowTargets* t
     }
 }
 
+void IslandProbe::note_spins(const ContactPool& contacts) {
+    const BlockRange spins = island_.spins;
+    noted_spins_.resize(std::max<std::size_t>(noted_spins_.size(), spins.end - spins.begin), Vec3::Zero());
+    for (int k = spins.begin; k < spins.end; ++k) {
+        const SpinRow& row = contacts.spins[k];
+        const ContactBlock& block = contacts.blocks[row.block];
+        Vec3& noted = noted_spins_[k - spins.begin];
+        const Vec3 delta = row.impulse - noted;
+        work_.friction += delta.dot(mean_[block.a].w - mean_[block.b].w);
+        work_.driven -= delta.dot(driven_[block.a].w - driven_[block.b].w);
+        noted = row.impulse;
+    }
+}
+
 template <int N>
 void IslandProbe::note_joint(const JointBlock<N>& j, bool biased, Real* noted) {
     Eigen::Map<VecN<N>> known(noted);
@@ -79,6 +94,7 @@ void IslandProbe::note_solve(SolveTurn turn, const SolverBodies& bodies, const C
                              const RowTargets* textbook) {
     take_means(turn, bodies);
     note_contacts(contacts, textbook);
+    note_spins(contacts);
     noted_joints_.resize(std::max<std::size_t>(noted_joints_.size(), island_.joints.rows()));
     Real* noted = noted_joints_.data();
     const auto note_all = [&](const auto& blocks, JointKind kind) {
@@ -126,6 +142,7 @@ void IslandProbe::note_moved(const BodyMotion& from, const BodyMotion& to) {
 void IslandProbe::measure(const SolverBodies& bodies, const ContactPool& contacts, const std::vector<PointImpulse>& x,
                           const JointPool& joints, const RowTargets* textbook) {
     add_contact_residual(contacts, island_.contacts, x, bodies, friction_, textbook, residual_);
+    add_spin_residual(contacts, island_.spins, bodies, residual_);
     add_joint_residual(joints, island_.joints, bodies, textbook != nullptr, residual_);
 }
 

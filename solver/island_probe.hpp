@@ -56,6 +56,7 @@ public:
 private:
     void take_means(SolveTurn turn, const SolverBodies& bodies);
     void note_contacts(const ContactPool& contacts, const RowTargets* textbook);
+    void note_spins(const ContactPool& contacts);
     template <int N>
     void note_joint(const JointBlock<N>& j, bool biased, Real* noted);
 
@@ -66,6 +67,7 @@ private:
     std::vector<BodyVelocity> mean_;             // likewise: what rows' impulses are to be multiplied with
     std::vector<BodyVelocity> driven_;           // of kinematic bodies; 0 of all others
     std::vector<PointImpulse> noted_;            // by point of the pool: impulses whose work is known
+    std::vector<Vec3> noted_spins_;              // likewise, by spin row of the island
     std::vector<Real> noted_joints_;             // by row
     std::vector<Real> rows_mean_, rows_driven_;  // scratch, by row of a list
     ResidualMeasure residual_;

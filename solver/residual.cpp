@@ -1,6 +1,7 @@
 #include "solver/residual.hpp"
 
 #include "solver/friction_step.hpp"
+#include "solver/spin_rows.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -47,6 +48,17 @@ void add_contact_residual(const ContactPool& pool, BlockRange range, const std::
             measure.add(std::abs(next.x - impulse.friction[0]) / rows[0].mass, RowKind::kFriction, 0, k);
             measure.add(std::abs(next.y - impulse.friction[1]) / rows[1].mass, RowKind::kFriction, 0, k);
         }
+    }
+}
+
+void add_spin_residual(const ContactPool& pool, BlockRange spins, const SolverBodies& bodies, ResidualMeasure& measure) {
+    for (int k = spins.begin; k < spins.end; ++k) {
+        const SpinRow& row = pool.spins[k];
+        const ContactBlock& block = pool.blocks[row.block];
+        const Vec3 left = spin_step(row, block.n, turning_rate(block, bodies), normal_impulse(pool, block)) - row.impulse;
+        const Real torsion = block.n.dot(left);
+        measure.add(row.arm * std::abs(torsion) / row.torsion_mass, RowKind::kFriction, 0, row.block);
+        measure.add(row.arm * (left - torsion * block.n).norm() / row.rolling_mass, RowKind::kFriction, 0, row.block);
     }
 }
 

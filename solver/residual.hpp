@@ -22,6 +22,9 @@ namespace cairn {
 void add_contact_residual(const ContactPool& pool, BlockRange range, const std::vector<PointImpulse>& x, const SolverBodies& bodies,
                           FrictionModel friction, const RowTargets* textbook, ResidualMeasure& measure);
 
+// Torsional and rolling friction (solver/spin_rows.hpp), with the present impulses of the pool; times the row's arm.
+void add_spin_residual(const ContactPool& pool, BlockRange spins, const SolverBodies& bodies, ResidualMeasure& measure);
+
 // Rows must be built (build_joints). With `biased` they aim at −bias, else at 0.
 void add_joint_residual(const JointPool& pool, const JointRanges& ranges, const SolverBodies& bodies, bool biased,
                         ResidualMeasure& measure);

@@ -6,16 +6,6 @@
 namespace cairn {
 namespace {
 
-Real normal_impulse(const ContactPool& pool, const ContactBlock& block) {
-    Real sum = 0;
-    for (int p = block.first; p < block.first + block.count; ++p) sum += pool.impulse[p].normal;
-    return sum;
-}
-
-Vec3 turning_rate(const ContactBlock& block, const SolverBodies& bodies) {
-    return bodies.velocity[block.a].w - bodies.velocity[block.b].w;
-}
-
 // Bodies that cannot move are shared between islands and stay untouched.
 void apply(const ContactBlock& block, SolverBodies& bodies, const Vec3& moment) {
     if (block.inv_mass_a > 0) bodies.velocity[block.a].w += bodies.motion[block.a].inv_inertia_W * moment;
@@ -49,6 +39,26 @@ void warm_start(ContactPool& pool, BlockRange spins, SolverBodies& bodies, Real 
 }
 
 }  // namespace
+
+Real normal_impulse(const ContactPool& pool, const ContactBlock& block) {
+    Real sum = 0;
+    for (int p = block.first; p < block.first + block.count; ++p) sum += pool.impulse[p].normal;
+    return sum;
+}
+
+Vec3 turning_rate(const ContactBlock& block, const SolverBodies& bodies) {
+    return bodies.velocity[block.a].w - bodies.velocity[block.b].w;
+}
+
+Vec3 spin_step(const SpinRow& row, const Vec3& n, const Vec3& turning, Real load) {
+    const Real torsion = n.dot(row.impulse), most = row.torsional * load;
+    const Real next = std::clamp(torsion - row.torsion_mass * n.dot(turning), -most, most);
+    const Vec3 w = turning + (next - torsion) * (row.response * n);
+    Vec3 rolling = row.impulse - torsion * n - row.rolling_mass * (w - n * n.dot(w));
+    const Real bound = row.rolling * load, length = rolling.norm();
+    if (length > bound) rolling *= bound / length;
+    return rolling + next * n;
+}
 
 void build_spins(ContactPool& pool, BlockRange spins, const SolverBodies& bodies) {
     for (int k = spins.begin; k < spins.end; ++k) {
@@ -94,18 +104,7 @@ Real sweep_spins(ContactPool& pool, BlockRange spins, SolverBodies& bodies) {
     for (int k = spins.begin; k < spins.end; ++k) {
         SpinRow& row = pool.spins[k];
         const ContactBlock& block = pool.blocks[row.block];
-        const Real load = normal_impulse(pool, block);
-        const Vec3 n = block.n;
-        Vec3 w = turning_rate(block, bodies);
-        const Real torsion = n.dot(row.impulse), most = row.torsional * load;
-        const Real turn = std::clamp(torsion - row.torsion_mass * n.dot(w), -most, most) - torsion;
-        w += turn * (row.response * n);
-        // Projected gradient on the disc; with equal moments one step is the solution.
-        const Vec3 rolling = row.impulse - torsion * n;
-        Vec3 next = rolling - row.rolling_mass * (w - n * n.dot(w));
-        const Real bound = row.rolling * load, length = next.norm();
-        if (length > bound) next *= bound / length;
-        const Vec3 delta = next - rolling + turn * n;
+        const Vec3 delta = spin_step(row, block.n, turning_rate(block, bodies), normal_impulse(pool, block)) - row.impulse;
         row.impulse += delta;
         apply(block, bodies, delta);
         change = std::max(change, row.arm * (row.response * delta).norm());

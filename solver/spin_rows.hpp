@@ -14,6 +14,12 @@ namespace cairn {
 // Takes the rows of a range of blocks, built like the contacts' own; their blocks must be.
 void build_spins(ContactPool& pool, BlockRange spins, const SolverBodies& bodies);
 
+// The moment that a row's sweep leaves it with [N m s]: from its present one, the bodies' ω_A − ω_B and Λ. Torsion by its row, rolling by
+// projected gradients on the disc; with equal moments that is the solution.
+Vec3 spin_step(const SpinRow& row, const Vec3& n, const Vec3& turning, Real load);
+Vec3 turning_rate(const ContactBlock& block, const SolverBodies& bodies);
+Real normal_impulse(const ContactPool& pool, const ContactBlock& block);
+
 // The stages of a solve, each after the contacts' one of that name (solver/contact_rows.hpp). The first solve bears half of the last
 // substep's moment and does not solve for it.
 void scale_warm_spins(ContactPool& pool, BlockRange spins, Real scale);

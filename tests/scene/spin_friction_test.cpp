@@ -90,6 +90,24 @@ TEST_CASE("a ball on a slope rolls where tan θ > c / r, and is held below") {
     CHECK(std::abs(way - a * t * t / 2) < 2e-3 * kG * std::sin(theta) * kStep * t + (share < 1 ? 0 : 1e-3 * a * t * t));
 }
 
+TEST_CASE("what torsional friction takes from a spinning ball is told as work of friction") {
+    WorldSettings settings;
+    settings.diagnostics = true;
+    World world(settings);
+    world.add_body(ground(0.5));
+    BodyDef def = ball(kRadius, {0, 0, kRadius}, kMass);
+    def.angular_velocity = {0, 0, 5};
+    def.torsional_friction = 0.02;
+    const BodyId id = world.add_body(def);
+    const StepReport& report = world.step(kStep);
+    REQUIRE(report.diagnostics != nullptr);
+    const Real w = world.state(id).angular_velocity.z(), lost = 0.5 * kMoment * (25 - w * w);
+    CHECK(lost > 0.03);
+    CHECK(std::abs(report.diagnostics->energy.friction + lost) < 1e-12);
+    CHECK(report.diagnostics->islands.at(0).reason == SolverReason::kSpinFriction);
+    CHECK(report.diagnostics->residual.max < 1e-12);
+}
+
 TEST_CASE("the larger coefficient of a pair counts") {
     const bool on_ground = GENERATE(true, false);
     World world;
