@@ -44,6 +44,7 @@ void activate_joint(WorldData& world, std::uint32_t joint) {
 void end_contact(WorldData& world, std::uint32_t slot) {
     const Contact& c = world.contacts.slots()[slot];
     if (!world.active.contacts.contains(slot)) count_quiet(world.active, c, false);
+    if (c.held) world.bodies[c.body_a].stands = world.bodies[c.body_b].stands = false;
     world.active.contact_links.remove(slot);
     world.contacts.remove(c.shape_a, c.shape_b);
     world.active.has_ended = true;

@@ -58,7 +58,8 @@ DirectState& direct_state(WorldData& world, int index, double allowance) {
     }();
     DirectState& state = *state_of_key;
     if (is_new) state.credit = kSavings * allowance;
-    state.credit = std::min(state.credit + allowance, kSavings * allowance);
+    const double steps = state.stood ? static_cast<double>(world.step_count - state.last_step) : 1;
+    state.credit = std::min(state.credit + steps * allowance, kSavings * allowance);
     state.last_step = world.step_count;
     return state;
 }
@@ -151,6 +152,7 @@ SolverPlan choose_solver(WorldData& world, IslandWorkspace& work, int index, con
 void note_direct(DirectState& state, int points, const DirectReport& report) {
     const BlockCholesky& factor = state.cache.factor;
     const double n = points;
+    state.stood = report.stands;
     state.credit -= static_cast<double>(report.factorisations) * factorisation_cost(state, points) +
                     static_cast<double>(report.newton_steps) * (kBlockCost * static_cast<double>(factor.blocks()) + kStepCost * n) +
                     static_cast<double>(report.passes) * kPassCost * n;

@@ -18,9 +18,10 @@ struct StepReport;
 // the world's history alone.
 struct DirectState {
     DirectCache cache;
-    int wait = 0;       // steps until it is tried again
-    int penalty = 1;    // steps to wait after the next failure
-    double credit = 0;  // block products that it may spend, see choose_solver.cpp
+    int wait = 0;        // steps until it is tried again
+    int penalty = 1;     // steps to wait after the next failure
+    double credit = 0;   // block products that it may spend, see choose_solver.cpp
+    bool stood = false;  // since the last step in which it was solved
     std::uint64_t last_step = 0;
 };
 

@@ -56,6 +56,7 @@ struct Contact {
     std::uint32_t body_b = 0;
     bool alive = false;
     bool fresh = true;  // not yet asked of the narrow phase
+    bool held = false;  // as it was in the last step of an island that stands (standing.cpp)
     int manifold_count = 0;
     int point_count = 0;                    // of all its manifolds
     Real deepest = 0;                       // [m], their largest penetration, 0 if there is none

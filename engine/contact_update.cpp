@@ -55,15 +55,20 @@ const ShapeMotion& motion_of(WorldData& world, std::uint32_t shape, std::uint32_
 
 // Says whether any of it moves.
 bool update_contact(WorldData& world, Contact& c, Real dt, NarrowStats& stats, StepReport& report) {
+    Body &a = world.bodies[c.body_a], &b = world.bodies[c.body_b];
+    if (!c.fresh && !may_move(a) && !may_move(b)) {
+        report.manifolds_reused += static_cast<std::uint32_t>(c.manifold_count);
+        return is_moving(a) || is_moving(b);
+    }
+    if (c.held) c.held = a.stands = b.stands = false;
     const ShapeMotion &motion_a = motion_of(world, c.shape_a, c.body_a, dt), &motion_b = motion_of(world, c.shape_b, c.body_b, dt);
-    if (!motion_a.moves && !motion_b.moves && !c.fresh) return false;
     const Real margin = pair_margin(motion_a, motion_b, dt), wide_margin = kSpare * margin;
     if (are_apart(motion_a, motion_b, wide_margin)) {
         ContactStore::clear(c);
         c.fresh = false;
         return true;
     }
-    const Transform X_WA = world.bodies[c.body_a].transform(), X_WB = world.bodies[c.body_b].transform();
+    const Transform X_WA = a.transform(), X_WB = b.transform();
     if (ContactStore::always_holds(c) ||
         (ContactStore::may_be_reusable(c, margin) && ContactStore::is_reusable(c, relative_pose(X_WA, X_WB), margin))) {
         ContactStore::refresh(c, X_WA, X_WB);

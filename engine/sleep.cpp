@@ -60,6 +60,7 @@ bool is_touching(const Contact& c) {
 
 void wake_group(WorldData& world, std::uint32_t body) {
     const auto begin_anew = [&](std::uint32_t i) {
+        world.bodies[i].stands = false;
         if (i < world.rest.size()) world.rest[i] = RestState();
     };
     begin_anew(body);

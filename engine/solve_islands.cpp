@@ -134,14 +134,16 @@ SiIsland build_island(WorldData& world, IslandWorkspace& work, int index, Real d
 
 void store_island(WorldData& world, IslandWorkspace& work, int index, const SiIsland& island) {
     const IndexRange bodies = world.islands.bodies(index);
-    for (int k = bodies.begin; k < bodies.end; ++k) {
+    for (int k = bodies.begin; !work.island_stands && k < bodies.end; ++k) {
         const int i = island.body_begin + k - bodies.begin;
         const BodyMotion& m = work.solver_bodies.motion[i];
         const std::uint32_t body = world.islands.body_list()[k];
+        world.bodies[body].stands = false;
         const BodyVelocity& u = work.solver_bodies.velocity[i];
         if (!accept_state(world.bodies[body], {m.q, m.x}, u.v, u.w)) work.broken.push_back(body);
     }
     store_contact_impulses(world, work, island);
+    if (work.island_stands) return note_standing(world, index);
     store_joints<3>(world, work, work.joint_pool.ball, JointType::kBall, island.joints);
     store_joints<5>(world, work, work.joint_pool.hinge, JointType::kHinge, island.joints);
     store_joints<5>(world, work, work.joint_pool.slider, JointType::kSlider, island.joints);
@@ -196,6 +198,7 @@ bool solve_directly(WorldData& world, IslandWorkspace& work, const SiIsland& isl
     report.factorisations += solved.factorisations;
     counts.add(solved.si);
     counts.contact_sweeps += solved.passes;
+    work.island_stands = solved.stands;
     if (!solved.taken_back) counts.residual = std::max(counts.residual, solved.residual);
     return !solved.taken_back;
 }
@@ -318,7 +321,9 @@ namespace {
 
 // Everything that an island reads but does not own stays as it is meanwhile; what it writes, its bodies, contacts and joints, is its own.
 void step_island(WorldData& world, IslandWorkspace& work, int index, Real dt, Real scale, PhaseClock* clock) {
+    if (scale == 1 && is_standing(world, index)) return report_standing(world, index, work.report);
     clear_rows(world, work);
+    work.island_stands = false;
     const SiIsland island = build_island(world, work, index, dt);
     if (clock != nullptr) clock->lap(Phase::kRows);
     IslandReport island_report;

@@ -106,7 +106,8 @@ const char* to_string(SolverReason reason) {
                                                    "too many bodies move for a direct solve",
                                                    "a single body moves",
                                                    "the direct solver did not converge lately",
-                                                   "the direct solver has spent what the island may cost"};
+                                                   "the direct solver has spent what the island may cost",
+                                                   "nothing of it has changed since a direct solve"};
     return names[static_cast<int>(reason)];
 }
 

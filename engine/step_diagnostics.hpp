@@ -25,6 +25,7 @@ enum class SolverReason : std::uint8_t {
     kLoneMover,          // one body that moves: sequential impulses solve it as well
     kWaits,              // the direct solver has not converged lately, and waits
     kSpent,              // the direct solver has spent what the island may cost
+    kStands,             // a step has left all of it as it was, and so does this one: the direct solver's impulses still hold (standing.cpp)
 };
 constexpr int kSolverReasons = 11;
 

@@ -97,7 +97,7 @@ void update_pairs(WorldData& world, Real dt, StepReport& report) {
     for (const std::uint32_t i : world.active.kinematic.numbers())
         if (is_moving(world.bodies[i])) move_proxies(world, world.bodies[i], dt);
     for (const std::uint32_t i : world.active.bodies.numbers())
-        if (!stays_in_room(world, world.bodies[i], dt)) move_proxies(world, world.bodies[i], dt);
+        if (!world.bodies[i].stands && !stays_in_room(world, world.bodies[i], dt)) move_proxies(world, world.bodies[i], dt);
     const std::uint64_t moved = world.broad_phase.moved_count() - moved_before;
     flush_broad_phase(world);
     for (const std::uint32_t i : world.active.roomless) find_room(world, world.bodies[i]);

@@ -33,6 +33,7 @@ struct alignas(64) Body {
     bool was_moving = false;  // kinematic: in the last step
     bool has_load = false;    // force or torque is not zero
     bool is_spherical = true;  // its moments are equal
+    bool stands = false;       // the last step left all of its island as it was, and nobody has touched it since: see standing.cpp
     Vec3 v = Vec3::Zero();
     Vec3 w = Vec3::Zero();
     Real inv_mass = 0;                                       // dynamic bodies only; else 0
@@ -56,6 +57,11 @@ struct alignas(64) Body {
 // Whether the body moves in this step or may: awake, or driven.
 inline bool is_moving(const Body& b) {
     return b.is_awake() || (b.type == BodyType::kKinematic && b.enabled && !(b.v.isZero(0) && b.w.isZero(0)));
+}
+
+// The same without what stands: its pose is that of the last step's start.
+inline bool may_move(const Body& b) {
+    return is_moving(b) && !b.stands;
 }
 
 // For how long a body has stayed where it is, to within some distance.
@@ -135,6 +141,7 @@ struct IslandWorkspace {
     SolverBodies solver_bodies;
     ContactPool contact_pool;
     WideContacts wide_contacts;
+    bool island_stands = false;   // the step has changed nothing of it
     bool is_island_wide = false;  // the island that is being solved: its impulses are in wide_contacts
     JointPool joint_pool;
     RattleWorkspace rattle;
@@ -223,6 +230,12 @@ void finish_diagnostics(WorldData& world, StepReport& report);
 
 Real kinetic_energy(const WorldData& world);  // [J], of the dynamic bodies
 World::JointError measure_joint(const WorldData& world, const Joint& joint);
+
+// Islands of which a step changes nothing (standing.cpp). Whether this one is as a step has left it that changed nothing.
+bool is_standing(const WorldData& world, int index);
+void report_standing(WorldData& world, int index, StepReport& report);
+// Notes that a step has changed nothing of the island.
+void note_standing(WorldData& world, int index);
 
 // Adds an island's own copy of a kinematic body; returns its index in solver_bodies.
 int add_kinematic(WorldData& world, IslandWorkspace& work, std::uint32_t body, SiIsland& island);

@@ -10,7 +10,7 @@ void hash_body(Hasher& h, const Body& b, const BodyInfo& info) {
     h.add(b.X_WB.p), h.add(b.X_WB.q), h.add(b.v), h.add(b.w);
     h.add(b.force), h.add(b.torque);
     h.add_word(b.sleep_group);
-    for (const bool flag : {b.enabled, b.asleep, b.moved}) h.add_word(flag);
+    for (const bool flag : {b.enabled, b.asleep, b.moved, b.stands}) h.add_word(flag);
     h.add(b.inv_mass), h.add(b.inv_inertia_B);
     h.add(info.friction), h.add(info.restitution), h.add(info.torsional_friction), h.add(info.rolling_friction);
     h.add(info.rotation0), h.add(info.motion_time0);
@@ -37,7 +37,7 @@ void hash_point(Hasher& h, const CachedPoint& p) {
 }
 
 void hash_contact(Hasher& h, const Contact& c) {
-    h.add_word(c.shape_a), h.add_word(c.shape_b), h.add_word(c.fresh);
+    h.add_word(c.shape_a), h.add_word(c.shape_b), h.add_word(c.fresh), h.add_word(c.held);
     h.add(c.cache.axis), h.add_word(c.cache.separated);
     h.add(c.X_AB_query.R), h.add(c.X_AB_query.p), h.add(c.query_margin);
     h.add_word(static_cast<std::uint64_t>(c.manifold_count));
@@ -60,7 +60,7 @@ void hash_joint(Hasher& h, const Joint& j) {
 
 void hash_direct_state(Hasher& h, std::uint32_t body, const DirectState& state) {
     h.add_word(body), h.add_word(static_cast<std::uint64_t>(state.wait)), h.add_word(static_cast<std::uint64_t>(state.penalty));
-    h.add(state.credit), h.add_word(state.last_step);
+    h.add(state.credit), h.add_word(state.stood), h.add_word(state.last_step);
     state.cache.add_to(h);
 }
 

@@ -28,6 +28,7 @@ struct DirectSettings {
     int most_factorisations = 1000000;  // in a step
     Real start_tolerance = 1e-7;        // [m/s], with which it need not begin, and may end where rounding lets it fall no further
     Real rest_tolerance = 1e-9;         // [m/s], with which it need not begin in a step after one that had to
+    Real stand_tolerance = 1e-9;        // [m/s], with which velocities are zero, and the step ends where it began
     Real good_contraction = 0.03;       // of the residual in an update: below start_tolerance, a slower one is not gone on with
     Real weight = 1e6;                  // D in units of a row's effective mass
     Real contact_push = 0.1;            // share of a penetration that a substep takes back
@@ -59,6 +60,7 @@ private:
 struct DirectReport {
     bool converged = true;    // every solve
     bool taken_back = false;  // the island is as it was before the step
+    bool stands = false;      // all poses are as they were, all velocities zero, warm impulses unchanged: the next step will be the same
     std::uint64_t factorisations = 0;
     std::uint64_t newton_steps = 0;
     std::uint64_t passes = 0;  // over the rows

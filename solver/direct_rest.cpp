@@ -82,9 +82,11 @@ bool a_kinematic_body_moves(const SolverBodies& bodies, const SiIsland& island) 
 }  // namespace
 
 bool rests(SolverBodies& bodies, ContactPool& contacts, const SiIsland& island, Real h, const Velocities& v0, Real enough,
-           DirectReport& report) {
+           Real stand_tolerance, DirectReport& report) {
     // Slower than what the bound allows for by this, the rows themselves are looked at: what sways as one has hardly any slip.
     constexpr Real kWorthALook = 100;
+    // Of the correction that counts as exact: where hardly anything pulls, less is still.
+    constexpr Real kStill = 1e-5;
     Real residual = slip_bound(bodies, island, v0);
     if (!(residual <= kWorthALook * enough) || a_kinematic_body_moves(bodies, island)) return false;
     ++report.passes;
@@ -98,10 +100,10 @@ bool rests(SolverBodies& bodies, ContactPool& contacts, const SiIsland& island, 
     residual += at_rest;
     if (!(residual <= enough)) return false;
     report.residual = std::max(report.residual, residual);
-    report.si.rotor_calls += drift(bodies, island.body_begin, island.dynamic_end, h);
-    for (int i = island.body_begin; i < island.dynamic_end; ++i) {
-        bodies.velocity[i] = second_velocity(bodies, island, v0, i);
-    }
+    report.stands = residual <= std::min(stand_tolerance, kStill * exact);
+    if (!report.stands) report.si.rotor_calls += drift(bodies, island.body_begin, island.dynamic_end, h);
+    for (int i = island.body_begin; i < island.dynamic_end; ++i)
+        bodies.velocity[i] = report.stands ? BodyVelocity{} : second_velocity(bodies, island, v0, i);
     const PointRange points = points_of(contacts, island.contacts);
     for (int p = points.begin; p < points.end; ++p) {
         PointImpulse &impulse = contacts.impulse[p], &total = contacts.total[p];
