@@ -27,7 +27,7 @@ enum class SolverReason : std::uint8_t {
     kSpent,              // the direct solver has spent what the island may cost
     kStands,             // a step has left all of it as it was, and so does this one: the direct solver's impulses still hold (standing.cpp)
 };
-constexpr int kSolverReasons = 11;
+constexpr int kSolverReasons = 12;
 
 // Natural-map residual ‖x − proj(x − r w)‖ / r of a row: x its impulse, w its velocity less what it aims at, r its effective mass. [m/s]
 // Of the solve that ends each substep: normal rows aim at no approach (or at their bounce), friction rows at no slip within ±μ λ_N, joint
