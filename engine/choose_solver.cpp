@@ -104,6 +104,7 @@ bool takes(SolverChoice solver, const SiIsland& island) {
             return joints && contacts && !island.has_spins();
         case SolverChoice::kAuto:
         case SolverChoice::kSi:
+        case SolverChoice::kTgs:
             break;
     }
     return true;

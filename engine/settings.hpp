@@ -15,9 +15,10 @@ namespace cairn {
 //   kDirect  active set with a sparse factorisation: islands with contacts, without joints and restitution
 //   kRattle  RATTLE with a sparse factorisation: islands with joints alone
 //   kMixed   joints by a sparse factorisation, contacts by sweeps around them: islands with both
+//   kTgs     soft contacts and joints, one sweep a solve (solver/tgs.hpp), takes everything; never chosen by kAuto
 // A solver that is forced on an island that it cannot take leaves it where it is, and the StepReport says so.
-enum class SolverChoice : std::uint8_t { kAuto, kSi, kDirect, kRattle, kMixed };
-constexpr int kSolverChoices = 5;
+enum class SolverChoice : std::uint8_t { kAuto, kSi, kDirect, kRattle, kMixed, kTgs };
+constexpr int kSolverChoices = 6;
 
 // [s]: shortest substep h. A penetration d is taken back with velocities of d / (10 h) that are removed again after the drift, which leaves
 // a rounding error of 1e-16 of them: for d = 0.1 m, 1e-6 m/s here, and for far shorter substeps a body at rest would be blown away.

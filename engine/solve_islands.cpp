@@ -1,6 +1,7 @@
 // Stages 3 and 4: groups what is tied together, builds rows per island, solves, takes the results back.
 #include "engine/world_data.hpp"
 #include "solver/spin_rows.hpp"
+#include "solver/tgs.hpp"
 
 #include <algorithm>
 
@@ -240,10 +241,13 @@ bool solve_island(WorldData& world, IslandWorkspace& work, int index, const SiIs
         solver = SolverChoice::kSi;
         substeps = world.settings.substeps;
     }
-    if (solver == SolverChoice::kSi) {
+    if (solver == SolverChoice::kSi || solver == SolverChoice::kTgs) {
         if (!island.joints.empty()) build_joints(work.joint_pool, island.joints, work.solver_bodies);
-        const SiReport si = solve_island_si(work.solver_bodies, work.contact_pool, work.joint_pool, island, dt, settings,
-                                            wide ? &work.wide_contacts : nullptr, begin_probe(world, work, island));
+        IslandProbe* probe = begin_probe(world, work, island);
+        const SiReport si = solver == SolverChoice::kTgs
+                                ? solve_island_tgs(work.solver_bodies, work.contact_pool, work.joint_pool, island, dt, settings, probe)
+                                : solve_island_si(work.solver_bodies, work.contact_pool, work.joint_pool, island, dt, settings,
+                                                  wide ? &work.wide_contacts : nullptr, probe);
         island_report.iterations = std::max(si.contact_sweeps, si.joint_sweeps);
         solved.add(si);
     }

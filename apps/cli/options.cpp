@@ -16,11 +16,9 @@ struct NamedSolver {
     const char* name;
     SolverChoice value;
 };
-constexpr NamedSolver kSolvers[kSolverChoices] = {{"auto", SolverChoice::kAuto},
-                                                  {"si", SolverChoice::kSi},
-                                                  {"direct", SolverChoice::kDirect},
-                                                  {"rattle", SolverChoice::kRattle},
-                                                  {"mixed", SolverChoice::kMixed}};
+constexpr NamedSolver kSolvers[kSolverChoices] = {{"auto", SolverChoice::kAuto},     {"si", SolverChoice::kSi},
+                                                  {"direct", SolverChoice::kDirect}, {"rattle", SolverChoice::kRattle},
+                                                  {"mixed", SolverChoice::kMixed},   {"tgs", SolverChoice::kTgs}};
 
 // The whole text as a number; false if it is not one.
 bool whole_number(std::string_view text, Real& out) {
@@ -56,7 +54,7 @@ void add_run_options(CLI::App& command, RunArguments& a) {
     command
         .add_option("--solver", a.solver,
                     "auto: chosen per island; si: sequential impulses; direct: contacts without joints and restitution; rattle: joints "
-                    "alone; mixed: joints with contacts")
+                    "alone; mixed: joints with contacts; tgs: soft contacts and joints, one sweep a solve")
         ->capture_default_str();
     command.add_option("--stabilisation", a.stabilisation,
                        with_default("How position errors are worked off: split, target-velocity, soft or none",

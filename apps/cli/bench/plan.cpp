@@ -157,7 +157,7 @@ std::vector<std::optional<SolverChoice>> solvers_of(const EngineChoice& engine, 
     if (engine.name != "cairn" || !engine.path.empty()) return {{}};
     std::vector<std::string> names = split(r.solvers);
     if (names.empty())
-        names = r.full ? std::vector<std::string>{"auto", "si", "direct", "rattle", "mixed"} : std::vector<std::string>{"auto"};
+        names = r.full ? std::vector<std::string>{"auto", "si", "direct", "rattle", "mixed", "tgs"} : std::vector<std::string>{"auto"};
     std::vector<std::optional<SolverChoice>> solvers;
     for (const std::string& name : names) {
         RunArguments arguments;
