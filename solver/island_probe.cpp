@@ -36,7 +36,7 @@ void IslandProbe::take_means(SolveTurn turn, const SolverBodies& bodies) {
 }
 
 void IslandProbe::note_contacts(const ContactPool& contacts, const RowTargets* textbook) {
-    if (noted_.size() < contacts.point_count) noted_.resize(contacts.impulse.size());
+    if (noted_.size() < contacts.impulse.size()) noted_.resize(contacts.impulse.size());
     for (int k = island_.contacts.begin; k < island_.contacts.end; ++k) {
         const ContactBlock& block = contacts.blocks[k];
         const BlockVelocity mean(mean_[block.a], mean_[block.b]), driven(driven_[block.a], driven_[block.b]);

@@ -150,9 +150,9 @@ struct Island {
         range.has_bounce = range.has_bounce || restitution > 0;
     }
 
-    SiReport step(Real dt, const SiSettings& settings, WideContacts* wide = nullptr) {
+    SiReport step(Real dt, const SiSettings& settings, WideContacts* wide = nullptr, IslandProbe* probe = nullptr) {
         for (PointImpulse& total : contacts.total) total = {};
-        return solve_island_si(bodies, contacts, joints, range, dt, settings, wide);
+        return solve_island_si(bodies, contacts, joints, range, dt, settings, wide, probe);
     }
 };
 

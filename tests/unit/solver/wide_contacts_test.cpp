@@ -1,5 +1,5 @@
 // Contacts four blocks at a time: the same bits as one at a time.
-#include "solver/wide_contacts.hpp"
+#include "solver/island_probe.hpp"
 
 #include "tests/support/catch.hpp"
 #include "tests/unit/solver/solver_support.hpp"
@@ -115,9 +115,9 @@ bool plan(WideContacts& wide, const Island& island) {
     return wide.plan(island.contacts, island.range.contacts, island.range.body_begin, island.range.dynamic_end);
 }
 
-SiReport step_wide(Island& island, const SiSettings& settings, WideContacts& memory) {
+SiReport step_wide(Island& island, const SiSettings& settings, WideContacts& memory, IslandProbe* probe = nullptr) {
     REQUIRE(plan_wide(memory, island.contacts, island.range, settings));
-    const SiReport report = island.step(1.0 / 60, settings, &memory);
+    const SiReport report = island.step(1.0 / 60, settings, &memory, probe);
     memory.unpack(island.contacts);
     return report;
 }
@@ -148,6 +148,28 @@ TEST_CASE("contacts solved four blocks at a time give the bits of contacts solve
         }
         CHECK(differences(start, wide) > 100);  // it is not that nothing happens
     }
+}
+
+TEST_CASE("what is measured of contacts solved four blocks at a time is what is measured of them one at a time") {
+    Random random(5);
+    Island narrow = random_island(random, 60, 200), wide = narrow;
+    SiSettings settings;
+    IslandProbe a, b;
+    a.begin(narrow.range, settings.model.friction);
+    b.begin(wide.range, settings.model.friction);
+    WideContacts memory(&kPortableWideKernel);
+    narrow.step(1.0 / 60, settings, nullptr, &a);
+    step_wide(wide, settings, memory, &b);
+    CHECK(differences(narrow, wide) == 0);
+    CHECK(a.residual().max > 0);
+    CHECK(a.residual().max == b.residual().max);
+    CHECK(a.residual().sum_of_squares == b.residual().sum_of_squares);
+    CHECK(a.residual().rows == b.residual().rows);
+    CHECK(a.residual().index == b.residual().index);
+    CHECK(a.work().impacts == b.work().impacts);
+    CHECK(a.work().friction == b.work().friction);
+    CHECK(a.work().driven == b.work().driven);
+    CHECK(a.work().stabilisation == b.work().stabilisation);
 }
 
 TEST_CASE("contacts of one island after another, smaller one leave nothing of it") {
