@@ -4,6 +4,7 @@
 #include "apps/cli/report.hpp"
 #include "apps/cli/shipped_scenes.hpp"
 #include "apps/cli/states_file.hpp"
+#include "apps/cli/step_report_file.hpp"
 
 #include <fmt/format.h>
 
@@ -18,6 +19,7 @@ struct Arguments {
     std::string scene;
     RunArguments run;
     std::string states;
+    std::string report;
     bool json = false;
     bool quiet = false;
     bool profile = false;
@@ -26,6 +28,7 @@ struct Arguments {
 int run(const Arguments& arguments) {
     RunOptions options = run_options(arguments.run);
     options.profile = arguments.profile;
+    options.diagnostics = !arguments.report.empty();
     const Scene scene = load_scene(find_scene(arguments.scene));
     std::unique_ptr<StatesFile> states;
     SampleCallback on_sample;
@@ -33,12 +36,20 @@ int run(const Arguments& arguments) {
         states = std::make_unique<StatesFile>(arguments.states);
         on_sample = [&](Real t, const SceneWorld& built) { states->write_sample(t, scene, built); };
     }
+    std::unique_ptr<StepReportFile> reports;
+    ReportCallback on_report;
+    if (!arguments.report.empty()) {
+        reports = std::make_unique<StepReportFile>(arguments.report);
+        on_report = [&](Real t, const SceneWorld& built, const StepReport& report) { reports->write_step(t, scene, built, report); };
+    }
     RunResult result;
     {
         Progress progress(!arguments.quiet);
-        result = run_scene(scene, options, on_sample, [&](long done, long all) { progress.update(done, all); });
+        result = run_scene(
+            scene, options, on_sample, [&](long done, long all) { progress.update(done, all); }, on_report);
     }
     if (states) states->finish();
+    if (reports) reports->finish();
     if (arguments.json) {
         fmt::print("{}\n", runner_line(scene, result));
     } else if (!arguments.quiet) {
@@ -55,6 +66,8 @@ void add_run_command(CLI::App& app, int& exit_code) {
     command->add_option("SCENE", arguments->scene, "A scene file, or the name of a shipped scene (see: cairn list)")->required();
     add_run_options(*command, arguments->run);
     command->add_option("--states", arguments->states, "Write the sampled states of all moving bodies to this CSV file");
+    command->add_option("--report", arguments->report,
+                        "Write what each step tells about itself to this file: CSV, or lines of JSON if its name ends in .json or .jsonl");
     command->add_flag("--json", arguments->json, "Print one line of JSON instead of the summary");
     command->add_flag("--profile", arguments->profile, "Measure each stage of the step and count what it did");
     command->add_flag("--quiet", arguments->quiet, "Print neither summary nor progress");

@@ -60,6 +60,7 @@ WorldSettings settings_from(const RunOptions& options) {
     if (options.stabilisation) settings.stabilisation = *options.stabilisation;
     if (options.residual_tolerance) settings.residual_tolerance = *options.residual_tolerance;
     settings.profile = options.profile;
+    settings.diagnostics = options.diagnostics;
     return settings;
 }
 
@@ -83,7 +84,8 @@ std::vector<long> sample_steps(Real sample_interval, Real dt, long steps) {
     return due;
 }
 
-RunResult run_scene(const Scene& scene, const RunOptions& options, const SampleCallback& on_sample, const StepCallback& on_step) {
+RunResult run_scene(const Scene& scene, const RunOptions& options, const SampleCallback& on_sample, const StepCallback& on_step,
+                    const ReportCallback& on_report) {
     using Clock = std::chrono::steady_clock;
     RunResult result;
     result.dt = options.dt;
@@ -108,6 +110,7 @@ RunResult run_scene(const Scene& scene, const RunOptions& options, const SampleC
         if (report.islands_refused > 0) throw_refused(scene, options, report, static_cast<Real>(step) * options.dt);
         add_report(report, result);
         if (result.profile) result.profile->add(report, walls.back(), allocations_so_far() - allocations_before);
+        if (on_report) on_report(static_cast<Real>(step) * options.dt, built, report);
         if (step == due[next_sample]) {
             ++next_sample;
             add_energy(built.world, result);

@@ -23,6 +23,7 @@ struct RunOptions {
     std::optional<SiModel> model;
     std::optional<Real> residual_tolerance;  // [m/s]
     bool profile = false;                    // measure where the time goes
+    bool diagnostics = false;                // measure how well each step is solved
 };
 
 WorldSettings settings_from(const RunOptions& options);
@@ -54,6 +55,8 @@ struct RunResult {
 
 // Called at t = 0, after the step nearest each multiple of the sample interval (with that step's own time), and after the last step.
 using SampleCallback = std::function<void(Real t, const SceneWorld& built)>;
+// Called after every step, with its time.
+using ReportCallback = std::function<void(Real t, const SceneWorld& built, const StepReport& report)>;
 // Called after every step with the steps done, of all.
 using StepCallback = std::function<void(long done, long steps)>;
 
@@ -64,6 +67,7 @@ long step_count(Real duration, Real dt);
 std::vector<long> sample_steps(Real sample_interval, Real dt, long steps);
 
 // Throws Error when a forced solver cannot take an island.
-RunResult run_scene(const Scene& scene, const RunOptions& options, const SampleCallback& on_sample = {}, const StepCallback& on_step = {});
+RunResult run_scene(const Scene& scene, const RunOptions& options, const SampleCallback& on_sample = {}, const StepCallback& on_step = {},
+                    const ReportCallback& on_report = {});
 
 }  // namespace cairn::cli
