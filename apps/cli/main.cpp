@@ -25,11 +25,12 @@ int run_command_line(int argc, char** argv) {
     add_scenes_command(app, exit_code);
     add_bench_command(app, exit_code);
     add_stress_command(app, exit_code);
+    add_diagnose_command(app, exit_code);
     add_report_command(app, exit_code);
     add_study_command(app, exit_code);
     // Said here because the parser would only say that a command is missing.
     if (argc > 1 && argv[1][0] != '-' && !is_command(app, argv[1])) {
-        fmt::print(stderr, "{}: unknown command, known are run, list, scenes, bench, stress, report, study\n", argv[1]);
+        fmt::print(stderr, "{}: unknown command, known are run, list, scenes, bench, stress, diagnose, report, study\n", argv[1]);
         return kBadInput;
     }
     try {

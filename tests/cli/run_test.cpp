@@ -196,7 +196,7 @@ TEST_CASE("bad arguments exit with 2 and name the option, the value and what wou
         {"run " + scene.path + " --no-such-option", "--no-such-option"},
         {"run", "SCENE is required"},
         {"", "subcommand"},
-        {"fly", "fly: unknown command, known are run, list, scenes, bench, stress, report, study"},
+        {"fly", "fly: unknown command, known are run, list, scenes, bench, stress, diagnose, report, study"},
     };
     for (const Case& c : cases) {
         const ProgramResult r = run_cairn(c.arguments);
