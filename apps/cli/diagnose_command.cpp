@@ -109,9 +109,6 @@ void print_text(const Scene& scene, const Evidence& e, const std::vector<Finding
 int diagnose(const Arguments& a) {
     const RunOptions options = run_options(a.run);
     const Scene scene = load_scene(find_scene(a.scene));
-    const std::vector<std::string> unsupported = unsupported_features(scene);
-    for (const std::string& feature : unsupported) fmt::print(stderr, "{}: {}: not supported yet\n", scene.name, feature);
-    if (!unsupported.empty()) return kUnsupported;
     Evidence evidence;
     {
         Progress progress(!a.quiet && !a.json);
@@ -140,8 +137,7 @@ void add_diagnose_command(CLI::App& app, int& exit_code) {
         "Examples:\n"
         "  cairn diagnose my_stack.json --solver si\n"
         "  cairn diagnose my_chain.json --dt 1/30 --json\n"
-        "Exit codes: 0 nothing wrong found, 1 something is wrong, 2 bad arguments or files, 3 the scene asks for something that is not\n"
-        "supported yet.");
+        "Exit codes: 0 nothing wrong found, 1 something is wrong, 2 bad arguments or files.");
     command->callback([a, &exit_code] { exit_code = diagnose(*a); });
 }
 

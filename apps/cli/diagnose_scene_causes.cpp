@@ -87,6 +87,23 @@ Footing footing_of(const Support& s, const Vec3& up) {
     return f;
 }
 
+// What rests on a point or a line: round bodies are held by rolling friction, others by nothing. On a slope the torque m g d about the
+// point, d its distance from the centre of mass seen along gravity, is met by ρ N with N = m g n·up.
+void brake(const Scene& scene, const Support& s, Real distance, const Vec3& up, Finding& f) {
+    const std::size_t body = s.borne.front();
+    const std::vector<Shape>& shapes = scene.bodies[body].shapes;
+    const bool is_round = std::all_of(shapes.begin(), shapes.end(), [](const Shape& shape) {
+        return shape.type == ShapeType::kSphere || shape.type == ShapeType::kCapsule || shape.type == ShapeType::kCylinder;
+    });
+    if (!is_round) {
+        f.no_cure = "no setting holds it there: give it a face to rest on";
+        return;
+    }
+    const Real wanted = 1.1 * distance / s.n.dot(up);
+    f.cures.push_back({fmt::format("rolling_friction {:.3g} of {} in the scene", wanted, scene.bodies[body].name),
+                       [body, wanted](Scene& changed, RunOptions&) { changed.bodies[body].rolling_friction = wanted; }});
+}
+
 // The shortest way between two anchors along bodies and rods: what joins them cannot be longer than it.
 struct Ends {
     Vec3 p[2];            // [m], where the anchors are at the end of the run
@@ -264,7 +281,7 @@ std::optional<Finding> find_weak_support(const Case& c, const Symptom& symptom) 
         for (const std::size_t i : s.borne) f.bodies.push_back(c.scene.bodies[i].name);
         f.symptom = symptom;
         if (footing.hull.size() < 3) {
-            f.no_cure = "no setting holds it there: give it a face to rest on";
+            brake(c.scene, s, std::abs(footing.margin), c.evidence.up, f);
             found = std::move(f);
             return;
         }

@@ -171,6 +171,20 @@ TEST_CASE("a box that stands on an edge is told to do so") {
     CHECK_FALSE(findings[0].no_cure.empty());
 }
 
+TEST_CASE("a ball on a slope is told to roll, and rolling friction holds it") {
+    Scene scene = on_ground();
+    scene.gravity = {9.81 * std::sin(0.1), 0, -9.81 * std::cos(0.1)};
+    BodyDef ball;
+    ball.name = "ball";
+    ball.position = {0, 0, 0.5};
+    ball.shapes = {Shape::sphere(0.5)};
+    scene.bodies.push_back(ball);
+    const std::vector<Finding> findings = diagnosed(scene);
+    REQUIRE(only_cause(findings) == "support");
+    CHECK(findings[0].says.find("beside the point it rests on") != std::string::npos);
+    CHECK(cured_by(findings[0]) == "rolling_friction 0.0552 of ball in the scene");  // 1.1 · 0.5 m · tan 0.1
+}
+
 TEST_CASE("a chain that is drawn out beyond its length is told so, and that no setting helps") {
     Scene scene;
     scene.name = "drawn";

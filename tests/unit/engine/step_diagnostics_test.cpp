@@ -158,6 +158,25 @@ TEST_CASE("every island tells who solved it and why") {
     }
 }
 
+TEST_CASE("an island that its first solver gave up tells which one that was") {
+    World world(diagnosed());
+    const BodyId hub = world.add_body(ball(1, {0, 0, 0}));
+    // All joints of a body are neighbours: so many of them cost more than RATTLE takes (kMaxEdgesPerJoint of solver/rattle_rows.cpp).
+    for (int k = 0; k < 120; ++k) {
+        const Vec3 at = 3 * Vec3(std::cos(0.3 * k), std::sin(0.3 * k), 0.1 * k);
+        BodyDef spoke = body(Shape::sphere(0.1), at);
+        spoke.shapes.clear();
+        spoke.inertia = Vec3::Constant(0.004);
+        world.add_joint({JointType::kBall, hub, world.add_body(spoke), at});
+    }
+    const std::vector<IslandReport>& islands = world.step(kStep).diagnostics->islands;
+    REQUIRE(islands.size() == 1);
+    CHECK(islands[0].reason == SolverReason::kJointsAlone);
+    CHECK(islands[0].fell_back_from == SolverChoice::kRattle);
+    CHECK(islands[0].solver == SolverChoice::kSi);
+    CHECK(islands[0].iterations > 0);
+}
+
 TEST_CASE("an island that a forced solver cannot take is told as refused") {
     World world(diagnosed(SolverChoice::kRattle));
     build_stack(world, 2);
