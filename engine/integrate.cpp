@@ -1,4 +1,5 @@
 // Stage 5: bodies that no constraint holds move exactly; kinematic bodies follow their motion.
+#include "engine/error_control.hpp"
 #include "engine/world_data.hpp"
 #include "solver/short_turn.hpp"
 
@@ -96,6 +97,10 @@ void move_free_bodies(WorldData& world, Real dt, StepReport& report) {
             Body& body = world.bodies[bodies[k]];
             if (!body.is_awake() || world.islands.is_member(bodies[k])) continue;
             ++work.report.free_bodies;
+            if (world.settings.tolerance > 0 && needs_error_control(body)) {
+                if (!move_to_tolerance(world, work, bodies[k], dt)) work.broken.push_back(bodies[k]);
+                continue;
+            }
             if (!(body.has_load ? move_loaded(world, body, dt, work.report) : move_falling(body, fall, gain, dt, work.report)))
                 work.broken.push_back(bodies[k]);
         }
@@ -103,6 +108,7 @@ void move_free_bodies(WorldData& world, Real dt, StepReport& report) {
     for (IslandWorkspace& work : world.workspaces) {
         report.free_bodies += work.report.free_bodies;
         report.rotor_calls += work.report.rotor_calls;
+        take_error_report(work.report, report);
         world.broken.insert(world.broken.end(), work.broken.begin(), work.broken.end());
         work.report = {};
         work.broken.clear();

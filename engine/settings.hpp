@@ -31,6 +31,9 @@ struct WorldSettings {
     // [m/s]: a solve stops sweeping once no row changes its velocity by more. With 0 it still stops where a sweep changes nothing at all,
     // since another one would not either.
     Real residual_tolerance = 1e-4;
+    // [m/s]: position error admitted per simulated second. Above 0 the substeps of each island and of each free body are chosen from
+    // estimates of its error (engine/error_control.hpp), not from `substeps`, and solves end where this admits it, not by `iterations`.
+    Real tolerance = 0;
     SolverChoice solver = SolverChoice::kAuto;
     Stabilisation stabilisation = Stabilisation::kSplit;
     SiModel model;  // of sequential impulses

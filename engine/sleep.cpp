@@ -62,6 +62,7 @@ void wake_group(WorldData& world, std::uint32_t body) {
     const auto begin_anew = [&](std::uint32_t i) {
         world.bodies[i].stands = false;
         if (i < world.rest.size()) world.rest[i] = RestState();
+        if (i < world.control.size()) world.control[i].disturbed = true;
     };
     begin_anew(body);
     for (std::uint32_t i = body; world.bodies[i].asleep; i = world.bodies[i].sleep_next) {

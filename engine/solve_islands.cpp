@@ -1,4 +1,5 @@
 // Stages 3 and 4: groups what is tied together, builds rows per island, solves, takes the results back.
+#include "engine/error_control.hpp"
 #include "engine/world_data.hpp"
 #include "solver/spin_rows.hpp"
 #include "solver/tgs.hpp"
@@ -8,11 +9,22 @@
 namespace cairn {
 namespace {
 
-SiSettings si_settings(const WorldSettings& s) {
+// [m/s]: what a solve may leave. Left in every step, a velocity makes its size of position error in a second.
+Real solve_tolerance(const WorldSettings& s) {
+    return s.tolerance > 0 ? std::min(s.residual_tolerance, 0.1 * s.tolerance) : s.residual_tolerance;
+}
+
+// Most sweeps of a solve: with a tolerance, enough for all that converges.
+int most_sweeps(const WorldSettings& s, int asked) {
+    constexpr int kEnough = 200;
+    return s.tolerance > 0 ? std::max(asked, kEnough) : asked;
+}
+
+SiSettings si_settings(const WorldSettings& s, int substeps) {
     SiSettings out;
-    out.substeps = s.substeps;
-    out.iterations = s.iterations;
-    out.residual_tolerance = s.residual_tolerance;
+    out.substeps = substeps;
+    out.iterations = most_sweeps(s, s.iterations);
+    out.residual_tolerance = solve_tolerance(s);
     out.stabilisation = s.stabilisation;
     out.model = s.model;
     return out;
@@ -159,10 +171,12 @@ IslandProbe* begin_probe(const WorldData& world, IslandWorkspace& work, const Si
     return &work.probe;
 }
 
-bool solve_by_rattle(WorldData& world, IslandWorkspace& work, const SiIsland& island, Real dt, SiReport& counts,
+bool solve_by_rattle(WorldData& world, IslandWorkspace& work, const SiIsland& island, Real dt, int level, SiReport& counts,
                      IslandReport& island_report) {
     RattleSettings settings;
     settings.warm_step = dt / world.settings.substeps;
+    settings.level = level;
+    if (level >= 0) settings.max_substeps <<= level;
     const RattleReport solved =
         solve_island_rattle(work.rattle, work.solver_bodies, work.joint_pool, island, dt, settings, begin_probe(world, work, island));
     island_report.iterations = static_cast<std::uint64_t>(solved.iterations);
@@ -175,7 +189,8 @@ bool solve_mixed(WorldData& world, IslandWorkspace& work, const SiIsland& island
                  StepReport& report, IslandReport& island_report) {
     MixedSettings settings;
     settings.substeps = plan.substeps;
-    settings.residual_tolerance = world.settings.residual_tolerance;
+    settings.sweeps = most_sweeps(world.settings, settings.sweeps);
+    settings.residual_tolerance = solve_tolerance(world.settings);
     const MixedReport solved = solve_island_mixed(work.mixed, work.solver_bodies, work.contact_pool, work.joint_pool, island, dt, settings,
                                                   begin_probe(world, work, island));
     island_report.iterations = solved.si.contact_sweeps;
@@ -211,35 +226,38 @@ void scale_warm_impulses(IslandWorkspace& work, const SiIsland& island, Real sca
     scale_warm_start(work.joint_pool, island.joints, scale);
 }
 
-// False: a solver was forced that cannot solve this island; bodies and joints are as they were. `scale` is that of the warm impulses.
-bool solve_island(WorldData& world, IslandWorkspace& work, int index, const SiIsland& island, Real dt, Real scale, SiReport& solved,
-                  StepReport& report, IslandReport& island_report) {
-    const SolverPlan plan = choose_solver(world, work, index, island, dt);
+// False: a solver was forced that cannot solve this island; bodies and joints are as they were. `scale` is that of the warm impulses;
+// `level`: of refinement (engine/error_control.hpp), or kUncontrolled.
+bool solve_island(WorldData& world, IslandWorkspace& work, int index, const SiIsland& island, Real dt, Real scale, int level,
+                  IslandReport& island_report) {
+    SolverPlan plan = choose_solver(world, work, index, island, dt);
     island_report.solver = plan.solver;
     island_report.reason = plan.reason;
     if (!takes(plan.solver, island)) return false;
+    const int default_substeps = level < 0 ? world.settings.substeps : 1 << level;
+    if (level >= 0 && plan.solver != SolverChoice::kRattle) plan.substeps = default_substeps;
     // The cache holds the impulses of a substep of the default length.
     scale_warm_impulses(work, island, scale * world.settings.substeps / plan.substeps);
     SolverChoice solver = plan.solver;
     int substeps = plan.substeps;
-    const SiSettings settings = si_settings(world.settings);
+    const auto sweep_instead = [&] {
+        scale_warm_impulses(work, island, static_cast<Real>(substeps) / default_substeps);
+        solver = SolverChoice::kSi;
+        substeps = default_substeps;
+    };
+    const SiSettings settings = si_settings(world.settings, default_substeps);
     const bool wide = work.is_island_wide =
         solver == SolverChoice::kSi && plan_wide(work.wide_contacts, work.contact_pool, island, settings);
     if (!wide) build_contacts(work.contact_pool, island.contacts, work.solver_bodies);
-    if (solver == SolverChoice::kDirect && !solve_directly(world, work, island, dt, plan, solved, report, island_report)) {
-        scale_warm_impulses(work, island, static_cast<Real>(substeps) / world.settings.substeps);
-        solver = SolverChoice::kSi;
-        substeps = world.settings.substeps;
-    }
-    if (solver == SolverChoice::kRattle && !solve_by_rattle(world, work, island, dt, solved, island_report)) {
+    if (solver == SolverChoice::kDirect && !solve_directly(world, work, island, dt, plan, work.solved, work.report, island_report))
+        sweep_instead();
+    if (solver == SolverChoice::kRattle && !solve_by_rattle(world, work, island, dt, level, work.solved, island_report)) {
         if (world.settings.solver == SolverChoice::kRattle) return false;
-        solver = SolverChoice::kSi;
+        sweep_instead();
     }
-    if (solver == SolverChoice::kMixed && !solve_mixed(world, work, island, dt, plan, solved, report, island_report)) {
+    if (solver == SolverChoice::kMixed && !solve_mixed(world, work, island, dt, plan, work.solved, work.report, island_report)) {
         if (world.settings.solver == SolverChoice::kMixed) return false;
-        scale_warm_impulses(work, island, static_cast<Real>(substeps) / world.settings.substeps);
-        solver = SolverChoice::kSi;
-        substeps = world.settings.substeps;
+        sweep_instead();
     }
     if (solver == SolverChoice::kSi || solver == SolverChoice::kTgs) {
         if (!island.joints.empty()) build_joints(work.joint_pool, island.joints, work.solver_bodies);
@@ -249,10 +267,9 @@ bool solve_island(WorldData& world, IslandWorkspace& work, int index, const SiIs
                                 : solve_island_si(work.solver_bodies, work.contact_pool, work.joint_pool, island, dt, settings,
                                                   wide ? &work.wide_contacts : nullptr, probe);
         island_report.iterations = std::max(si.contact_sweeps, si.joint_sweeps);
-        solved.add(si);
+        work.solved.add(si);
     }
     scale_warm_impulses(work, island, static_cast<Real>(substeps) / world.settings.substeps);
-    ++report.islands_of[static_cast<int>(solver)];
     if (solver != plan.solver) island_report.fell_back_from = plan.solver;
     island_report.solver = solver;
     island_report.substeps = substeps;
@@ -326,13 +343,19 @@ namespace {
 // Everything that an island reads but does not own stays as it is meanwhile; what it writes, its bodies, contacts and joints, is its own.
 void step_island(WorldData& world, IslandWorkspace& work, int index, Real dt, Real scale, PhaseClock* clock) {
     if (scale == 1 && is_standing(world, index)) return report_standing(world, index, work.report);
-    clear_rows(world, work);
-    work.island_stands = false;
-    const SiIsland island = build_island(world, work, index, dt);
-    if (clock != nullptr) clock->lap(Phase::kRows);
+    SiIsland island;
     IslandReport island_report;
-    const bool is_solved = solve_island(world, work, index, island, dt, scale, work.solved, work.report, island_report);
-    if (clock != nullptr) clock->lap(Phase::kSolve);
+    const auto attempt = [&](int level) {
+        clear_rows(world, work);
+        work.island_stands = false;
+        island = build_island(world, work, index, dt);
+        if (clock != nullptr) clock->lap(Phase::kRows);
+        island_report = {};
+        const bool solved = solve_island(world, work, index, island, dt, scale, level, island_report);
+        if (clock != nullptr) clock->lap(Phase::kSolve);
+        return solved;
+    };
+    const bool is_solved = world.settings.tolerance > 0 ? solve_to_tolerance(world, work, index, dt, attempt) : attempt(kUncontrolled);
     if (world.settings.diagnostics) {
         island_report.is_refused = !is_solved;
         note_island(world, work, index, island, island_report);
@@ -344,6 +367,7 @@ void step_island(WorldData& world, IslandWorkspace& work, int index, Real dt, Re
         refuse_island(world, index, work.report);
         return;
     }
+    ++work.report.islands_of[static_cast<int>(island_report.solver)];
     store_island(world, work, index, island);
     if (clock != nullptr) clock->lap(Phase::kStore);
     work.report.joint_rows += static_cast<std::uint32_t>(island.joints.rows());
@@ -360,6 +384,7 @@ void take_report(WorldData& world, IslandWorkspace& work, SiReport& solved, Step
     report.friction_rows += r.friction_rows;
     report.joint_rows += r.joint_rows;
     report.factorisations += r.factorisations;
+    take_error_report(r, report);
     solved.add(work.solved);
     world.broken.insert(world.broken.end(), work.broken.begin(), work.broken.end());
     work.report = {};
@@ -370,6 +395,7 @@ void take_report(WorldData& world, IslandWorkspace& work, SiReport& solved, Step
 }  // namespace
 
 void solve_islands(WorldData& world, Real dt, StepReport& report) {
+    if (world.settings.tolerance > 0) prepare_error_control(world);
     if (world.islands.count() == 0) return;
     forget_direct_states(world);
     if (world.settings.diagnostics) {

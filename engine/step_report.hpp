@@ -29,13 +29,18 @@ struct StepReport {
     std::uint32_t refused_body = UINT32_MAX;        // lowest body of such an island, in order of creation
     std::uint32_t free_bodies = 0;                  // moved exactly, without a solver
     std::uint32_t sleeping_bodies = 0;
-    std::uint64_t rotor_calls = 0;         // free-rigid-body rotations of bodies with unequal moments
-    std::uint64_t joint_sweeps = 0;        // passes over joint rows
-    std::uint64_t contact_sweeps = 0;      // passes over contact rows
-    std::uint64_t factorisations = 0;      // of the direct solver
-    Real max_penetration = 0;              // [m], deepest point at the start of the step of what does not sleep
-    Real residual = 0;                     // [m/s], largest velocity change of a row in the last sweep of any solve
-    Real natural_residual = 0;             // [m/s], of the contacts of islands solved by the textbook's substep (solver/contact_models.hpp)
+    std::uint64_t rotor_calls = 0;     // free-rigid-body rotations of bodies with unequal moments
+    std::uint64_t joint_sweeps = 0;    // passes over joint rows
+    std::uint64_t contact_sweeps = 0;  // passes over contact rows
+    std::uint64_t factorisations = 0;  // of the direct solver
+    Real max_penetration = 0;          // [m], deepest point at the start of the step of what does not sleep
+    Real residual = 0;                 // [m/s], largest velocity change of a row in the last sweep of any solve
+    Real natural_residual = 0;         // [m/s], of the contacts of islands solved by the textbook's substep (solver/contact_models.hpp)
+    // With WorldSettings::tolerance alone:
+    std::uint32_t error_estimates = 0;     // made in this step
+    std::uint32_t steps_refined = 0;       // islands and bodies that were stepped again, finer, since their estimate was too large
+    std::uint32_t tolerance_missed = 0;    // whose estimate is too large with the finest step there is
+    Real error_rate = 0;                   // [m/s], largest of the present estimates of position error, per second
     const StepProfile* profile = nullptr;  // with WorldSettings::profile; the world's own, until its next step
     const StepDiagnostics* diagnostics = nullptr;  // with WorldSettings::diagnostics; likewise
 };

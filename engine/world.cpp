@@ -16,6 +16,7 @@ void check_settings(const WorldSettings& s) {
     if (s.threads < 1) throw_invalid("settings.threads", s.threads, ">= 1");
     if (!(std::isfinite(s.residual_tolerance) && s.residual_tolerance >= 0))
         throw_invalid("settings.residual_tolerance", s.residual_tolerance, ">= 0");
+    if (!(std::isfinite(s.tolerance) && s.tolerance >= 0)) throw_invalid("settings.tolerance", s.tolerance, ">= 0");
     if (!(s.model.relaxation > 0 && s.model.relaxation < 2)) throw_invalid("settings.model.relaxation", s.model.relaxation, "> 0 and < 2");
 }
 

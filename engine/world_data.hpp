@@ -125,6 +125,19 @@ struct Joint {
     bool alive = true;
 };
 
+// How the error of an island (at its lowest body) or of a free body is kept below WorldSettings::tolerance (error_control.hpp).
+struct ErrorControl {
+    int level = 0;                // of refinement
+    int steps_left = 0;           // until the next estimate
+    int interval = 1;             // between estimates, in steps
+    std::uint64_t signature = 0;  // of what was measured
+    Real error = 0;               // [m], of a step at `level`, as last measured
+    Real gained = 0;              // factor by which the error grows from `level` to the one below, as last measured; 0: not known
+    Real jump = 0;                // [m/s], see error_control.cpp
+    Vec3 gain = Vec3::Zero();     // [m/s], of this body's velocity in the last step
+    bool disturbed = true;        // a caller changed the body
+};
+
 // Where a block of the solver came from: its contact and manifold.
 struct BlockSource {
     std::uint32_t contact = 0;
@@ -155,6 +168,7 @@ struct IslandWorkspace {
     IslandProbe probe;  // with WorldSettings::diagnostics
     StepReport report;
     std::vector<std::uint32_t> broken;
+    SolverBodies coarse;  // result of a coarser solve of the same step
 };
 
 // What a step's diagnostics are measured against, and what they are summed from.
@@ -170,8 +184,9 @@ struct WorldData {
     Real time = 0;
     std::vector<Body> bodies;
     std::vector<BodyInfo> info;
-    bool has_spin_friction = false;    // a body has been added that has torsional or rolling friction
-    std::vector<RestState> rest;  // size of bodies; with WorldSettings::sleep
+    bool has_spin_friction = false;     // a body has been added that has torsional or rolling friction
+    std::vector<RestState> rest;        // size of bodies; with WorldSettings::sleep
+    std::vector<ErrorControl> control;  // size of bodies; with WorldSettings::tolerance
     std::vector<ShapeRecord> shapes;
     std::vector<ShapeMotion> motions;  // of the shapes
     std::uint32_t motion_step = 0;

@@ -17,6 +17,12 @@ void hash_body(Hasher& h, const Body& b, const BodyInfo& info) {
     if (info.motion) h.add(info.motion->axis), h.add(info.motion->amplitude), h.add(info.motion->period), h.add(info.motion->phase);
 }
 
+void hash_control(Hasher& h, const ErrorControl& c) {
+    for (const int n : {c.level, c.steps_left, c.interval, static_cast<int>(c.disturbed)}) h.add_word(static_cast<std::uint64_t>(n));
+    h.add_word(c.signature);
+    h.add(c.error), h.add(c.gained), h.add(c.jump), h.add(c.gain);
+}
+
 // The fat boxes decide which pairs exist.
 void hash_fat_boxes(Hasher& h, const WorldData& world, const Body& b) {
     for (std::uint32_t s = b.shape_begin; s < b.shape_begin + b.shape_count; ++s) {
@@ -77,6 +83,7 @@ std::uint64_t World::hash() const {
         hash_body(h, b, world.info[i]);
         if (i < world.rest.size())
             for (const RestWindow& window : world.rest[i].windows) h.add(window.X_WB.p), h.add(window.X_WB.q), h.add(window.time);
+        if (i < world.control.size()) hash_control(h, world.control[i]);
         hash_fat_boxes(h, world, b);
     }
     for (const Contact& c : world.contacts.slots()) {

@@ -41,6 +41,9 @@ namespace cairn {
 struct RattleSettings {
     int order = 4;     // 4: five stages a substep; 2: one
     int substeps = 0;  // 0: chosen; else as many
+    // Of refinement, with `substeps` 0 and `order` 4: at 0 one stage, else 2^(level − 1) substeps of five stages; where tension asks for
+    // more stages than that, 2^level times as many. −1: chosen.
+    int level = -1;
     int max_substeps = 64;
     Real turn_per_substep = 1;  // [rad], largest Ω h of five stages
     Real turn_per_stage = 0.7;  // [rad], the same of substeps of one stage; the step is stable to 1

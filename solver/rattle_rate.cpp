@@ -64,6 +64,10 @@ RattleCut choose_cut(const JointMotion& motion, Real dt, Real size, const Rattle
     if (settings.substeps > 0) return {settings.substeps, settings.order < 4 || still ? 1 : 5};
     // A whip is fast by its tension and its spin alike; a taut chain by its tension alone.
     const bool stiff = turn > settings.turn_per_substep && motion.tension > 5 * motion.spin;
+    if (settings.level >= 0) {
+        if (stiff) return {substeps_for(turn, settings.turn_per_stage) << settings.level, 1};
+        return settings.level == 0 ? RattleCut{1, 1} : RattleCut{1 << (settings.level - 1), 5};
+    }
     if (settings.order < 4 || stiff) return {substeps_for(turn, settings.turn_per_stage), 1};
     return {substeps_for(turn, settings.turn_per_substep), still ? 1 : 5};
 }

@@ -26,7 +26,8 @@ public:
     std::string settings() const override {
         const WorldSettings& s = built_.world.settings();
         return fmt::format("{} substeps, {} iterations, solver {}, {}, residual tolerance {} m/s, {} threads", s.substeps, s.iterations,
-                           solver_name(s.solver), stabilisation_name(s.stabilisation), s.residual_tolerance, s.threads);
+                           solver_name(s.solver), stabilisation_name(s.stabilisation), s.residual_tolerance, s.threads) +
+               (s.tolerance > 0 ? fmt::format(", tolerance {} m/s", s.tolerance) : std::string());
     }
     void step(Real dt) override {
         const StepReport report = built_.world.step(dt);
@@ -49,6 +50,7 @@ private:
         options.sleep = s.sleep;
         options.solver = s.solver;
         options.residual_tolerance = s.residual_tolerance;
+        options.tolerance = s.tolerance;
         return settings_from(options);
     }
 

@@ -18,6 +18,7 @@ struct EngineSettings {
     bool sleep = false;
     std::optional<SolverChoice> solver;      // Cairn's; ignored by others
     std::optional<Real> residual_tolerance;  // [m/s], Cairn's; ignored by others
+    std::optional<Real> tolerance;           // [m/s], Cairn's; ignored by others
     int threads = 1;                         // Cairn's; the adapters run on one
 };
 

@@ -61,6 +61,10 @@ void add_run_options(CLI::App& command, RunArguments& a) {
                                     stabilisation_name(defaults.stabilisation)));
     command.add_option("--residual-tolerance,--until", a.residual_tolerance,
                        with_default("A solve stops early once no row changes a velocity by more [m/s]", defaults.residual_tolerance));
+    command.add_option(
+        "--tolerance", a.tolerance,
+        with_default("Position error admitted per simulated second [m/s]: substeps and sweeps follow from it; 0: they do not",
+                     defaults.tolerance));
     add_model_options(command, a.model);
 }
 
@@ -74,6 +78,7 @@ RunOptions run_options(const RunArguments& a) {
     if (a.residual_tolerance && !(std::isfinite(*a.residual_tolerance) && *a.residual_tolerance >= 0)) {
         throw_invalid("--residual-tolerance", *a.residual_tolerance, ">= 0");
     }
+    if (a.tolerance && !(std::isfinite(*a.tolerance) && *a.tolerance >= 0)) throw_invalid("--tolerance", *a.tolerance, ">= 0");
     for (const NamedSolver& s : kSolvers) {
         if (a.solver == s.name) options.solver = s.value;
     }
@@ -83,6 +88,7 @@ RunOptions run_options(const RunArguments& a) {
     options.threads = a.threads;
     if (a.sleep) options.sleep = *a.sleep == 1;
     options.residual_tolerance = a.residual_tolerance;
+    options.tolerance = a.tolerance;
     if (!a.stabilisation.empty()) options.stabilisation = stabilisation_from(a.stabilisation);
     options.model = model_from(a.model);
     if (options.model && *options.solver == SolverChoice::kAuto) options.solver = SolverChoice::kSi;

@@ -23,6 +23,7 @@ struct RunArguments {
     std::optional<int> threads;
     std::optional<int> sleep;
     std::optional<double> residual_tolerance;
+    std::optional<double> tolerance;
     ModelArguments model;
 };
 

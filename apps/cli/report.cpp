@@ -62,7 +62,14 @@ std::string runner_line(const Scene& scene, const RunResult& r) {
     line["settings"] = {{"solver", solver_name(r.settings.solver)},
                         {"stabilisation", stabilisation_name(r.settings.stabilisation)},
                         {"residual_tolerance", r.settings.residual_tolerance},
+                        {"tolerance", r.settings.tolerance},
                         {"model", model_names(r.settings.model)}};
+    if (r.settings.tolerance > 0) {
+        line["error_control"] = {{"estimated_error_m", r.estimated_error},
+                                 {"estimates", r.error_estimates},
+                                 {"refined", r.steps_refined},
+                                 {"missed", r.tolerance_missed}};
+    }
     if (r.profile) line["profile"] = profile_json(*r.profile);
     return line.dump();
 }
@@ -88,6 +95,10 @@ std::string summary(const Scene& scene, const RunResult& r) {
     } else {
         row("energy", fmt::format("{:+.3g} J from {:.6g} J at the start; highest {:+.3g} J", r.energy_end - r.energy_start, r.energy_start,
                                   r.energy_max - r.energy_start));
+    }
+    if (r.settings.tolerance > 0) {
+        row("estimated error", fmt::format("{:.3g} m of {:.3g} m admitted; {} estimates, {} steps refined, {} missed", r.estimated_error,
+                                           r.settings.tolerance * simulated, r.error_estimates, r.steps_refined, r.tolerance_missed));
     }
     row("asleep at the end", fmt::format("{} bodies", r.sleeping_end));
     row("narrow phase", fmt::format("{} calls into FCL, {} queries failed", r.fcl_calls, r.fcl_failures));

@@ -22,7 +22,7 @@ double median(std::vector<double> x) {
     return (x[half] + *std::max_element(x.begin(), x.begin() + static_cast<std::ptrdiff_t>(half))) / 2;
 }
 
-void add_report(const StepReport& report, RunResult& result) {
+void add_report(const StepReport& report, Real dt, RunResult& result) {
     result.ok = result.ok && report.ok;
     result.contacts_max = std::max(result.contacts_max, report.contacts);
     result.contacts_end = report.contacts;
@@ -32,6 +32,10 @@ void add_report(const StepReport& report, RunResult& result) {
     result.fcl_calls += report.fcl_calls;
     result.fcl_failures += report.fcl_failures;
     result.max_penetration = std::max(result.max_penetration, report.max_penetration);
+    result.estimated_error += report.error_rate * dt;
+    result.error_estimates += report.error_estimates;
+    result.steps_refined += report.steps_refined;
+    result.tolerance_missed += report.tolerance_missed;
 }
 
 [[noreturn]] void throw_refused(const Scene& scene, const RunOptions& options, const StepReport& report, Real t) {
@@ -59,6 +63,7 @@ WorldSettings settings_from(const RunOptions& options) {
     if (options.model) settings.model = *options.model;
     if (options.stabilisation) settings.stabilisation = *options.stabilisation;
     if (options.residual_tolerance) settings.residual_tolerance = *options.residual_tolerance;
+    if (options.tolerance) settings.tolerance = *options.tolerance;
     settings.profile = options.profile;
     settings.diagnostics = options.diagnostics;
     return settings;
@@ -108,7 +113,7 @@ RunResult run_scene(const Scene& scene, const RunOptions& options, const SampleC
         const StepReport report = built.world.step(options.dt);
         walls.push_back(std::chrono::duration<double>(Clock::now() - start).count());
         if (report.islands_refused > 0) throw_refused(scene, options, report, static_cast<Real>(step) * options.dt);
-        add_report(report, result);
+        add_report(report, options.dt, result);
         if (result.profile) result.profile->add(report, walls.back(), allocations_so_far() - allocations_before);
         if (on_report) on_report(static_cast<Real>(step) * options.dt, built, report);
         if (step == due[next_sample]) {

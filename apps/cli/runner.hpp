@@ -22,6 +22,7 @@ struct RunOptions {
     std::optional<Stabilisation> stabilisation;
     std::optional<SiModel> model;
     std::optional<Real> residual_tolerance;  // [m/s]
+    std::optional<Real> tolerance;           // [m/s]
     bool profile = false;                    // measure where the time goes
     bool diagnostics = false;                // measure how well each step is solved
 };
@@ -46,6 +47,11 @@ struct RunResult {
     std::uint64_t fcl_calls = 0;
     std::uint64_t fcl_failures = 0;
     Real max_penetration = 0;  // [m]
+    // With a tolerance: the steps' largest estimates summed [m], and what they cost.
+    Real estimated_error = 0;
+    std::uint64_t error_estimates = 0;
+    std::uint64_t steps_refined = 0;
+    std::uint64_t tolerance_missed = 0;
     Real energy_start = 0;     // [J], kinetic and potential, at t = 0 and at the samples
     Real energy_end = 0;
     Real energy_max = 0;

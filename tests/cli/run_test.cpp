@@ -189,6 +189,8 @@ TEST_CASE("bad arguments exit with 2 and name the option, the value and what wou
         {"run " + scene.path + " --sleep 2", "--sleep: 2, must be 0 or 1"},
         {"run " + scene.path + " --solver magic", "--solver: magic, must be one of auto, si, direct, rattle, mixed, tgs"},
         {"run " + scene.path + " --stabilisation glue", "--stabilisation: glue, must be one of split, target-velocity, none, soft"},
+        {"run " + scene.path + " --tolerance -1", "--tolerance: -1, must be >= 0"},
+        {"run " + scene.path + " --tolerance nan", "--tolerance: nan, must be >= 0"},
         {"run " + scene.path + " --residual-tolerance -1", "--residual-tolerance: -1, must be >= 0"},
         {"run " + scene.path + " --states /no/such/folder/s.csv",
          "--states: /no/such/folder/s.csv: cannot be opened for writing: No such file or directory"},

@@ -33,6 +33,7 @@ double count_instructions(const BenchCase& c) {
     if (s.substeps) command += fmt::format(" --substeps {}", *s.substeps);
     if (s.iterations) command += fmt::format(" --iterations {}", *s.iterations);
     if (s.solver) command += fmt::format(" --solver {}", solver_name(*s.solver));
+    if (s.tolerance) command += fmt::format(" --tolerance {:.17g}", *s.tolerance);
     if (s.residual_tolerance) command += fmt::format(" --residual-tolerance {:.17g}", *s.residual_tolerance);
     double count = 0;
     if (std::system((command + " > /dev/null 2>&1").c_str()) == 0) {

@@ -113,8 +113,20 @@ std::vector<std::shared_ptr<const SceneFile>> chosen_scenes(const BenchRequest& 
 struct Effort {
     std::string dt;
     std::optional<int> substeps, iterations;
-    std::optional<Real> tolerance;
+    std::optional<Real> residual_tolerance, tolerance;
 };
+
+std::vector<std::optional<Real>> tolerances_of(const char* option, const std::string& list) {
+    std::vector<std::optional<Real>> tolerances;
+    for (const std::string& part : split(list)) {
+        Real value = 0;
+        const std::from_chars_result read = std::from_chars(part.data(), part.data() + part.size(), value);
+        if (read.ec != std::errc() || read.ptr != part.data() + part.size() || !(value >= 0)) throw_invalid(option, part, "numbers >= 0");
+        tolerances.emplace_back(value);
+    }
+    if (tolerances.empty()) tolerances.emplace_back();
+    return tolerances;
+}
 
 // Lists that are given are crossed with one another; those that are not come from the size of the benchmark, substeps and iterations one at
 // a time, since they buy the same thing.
@@ -135,19 +147,14 @@ std::vector<Effort> efforts(const BenchRequest& r) {
                 work.emplace_back(s, i);
         }
     }
-    std::vector<std::optional<Real>> tolerances;
-    for (const std::string& part : split(r.tolerances)) {
-        Real value = 0;
-        const std::from_chars_result read = std::from_chars(part.data(), part.data() + part.size(), value);
-        if (read.ec != std::errc() || read.ptr != part.data() + part.size() || !(value >= 0))
-            throw_invalid("--residual-tolerance", part, "numbers >= 0");
-        tolerances.emplace_back(value);
-    }
-    if (tolerances.empty()) tolerances.emplace_back();
+    const std::vector<std::optional<Real>> residuals = tolerances_of("--residual-tolerance", r.residual_tolerances),
+                                           tolerances = tolerances_of("--tolerance", r.tolerances);
     std::vector<Effort> list;
     for (const std::string& dt : steps) {
         for (const auto& [substeps, iterations] : work) {
-            for (const std::optional<Real>& tolerance : tolerances) list.push_back({dt, substeps, iterations, tolerance});
+            for (const std::optional<Real>& residual : residuals) {
+                for (const std::optional<Real>& tolerance : tolerances) list.push_back({dt, substeps, iterations, residual, tolerance});
+            }
         }
     }
     return list;
@@ -199,7 +206,8 @@ std::string BenchCase::id() const {
     std::string id = fmt::format("{} {} dt={} substeps={} iterations={}", file->scene.name, engine.name, dt, number(settings.substeps),
                                  number(settings.iterations));
     if (settings.solver) id += fmt::format(" solver={}", solver_name(*settings.solver));
-    if (settings.residual_tolerance) id += fmt::format(" tolerance={}", *settings.residual_tolerance);
+    if (settings.residual_tolerance) id += fmt::format(" residual={}", *settings.residual_tolerance);
+    if (settings.tolerance) id += fmt::format(" tolerance={}", *settings.tolerance);
     if (settings.threads != 1) id += fmt::format(" threads={}", settings.threads);
     if (settings.sleep) id += " sleep";
     return id;
@@ -216,6 +224,7 @@ std::string BenchCase::command() const {
     if (settings.substeps) text += fmt::format(" --substeps {}", *settings.substeps);
     if (settings.iterations) text += fmt::format(" --iterations {}", *settings.iterations);
     if (settings.residual_tolerance) text += fmt::format(" --residual-tolerance {}", *settings.residual_tolerance);
+    if (settings.tolerance) text += fmt::format(" --tolerance {}", *settings.tolerance);
     if (settings.threads != 1) text += fmt::format(" --threads {}", settings.threads);
     if (settings.sleep) text += " --sleep 1";
     return text;
@@ -234,12 +243,13 @@ std::vector<BenchCase> plan_cases(const BenchRequest& r) {
         for (const Effort& effort : work) {
             for (const EngineChoice& engine : engines) {
                 for (const std::optional<SolverChoice>& solver : solvers_of(engine, r)) {
-                    if (effort.tolerance && engine.name != "cairn") continue;
+                    if ((effort.residual_tolerance || effort.tolerance) && engine.name != "cairn") continue;
                     EngineSettings s;
                     s.dt = parse_time_step(effort.dt);
                     s.substeps = effort.substeps;
                     s.iterations = effort.iterations;
-                    s.residual_tolerance = effort.tolerance;
+                    s.residual_tolerance = effort.residual_tolerance;
+                    s.tolerance = effort.tolerance;
                     s.solver = solver;
                     s.sleep = r.sleep;
                     s.threads = engine.name == "cairn" ? r.threads : 1;

@@ -16,7 +16,7 @@ struct BenchRequest {
     std::string folder;                 // scene files of this folder instead of the shipped and generated ones
     std::string engines;                // empty: Cairn and the adapters of this build
     std::vector<std::string> external;  // NAME=PATH
-    std::string solvers, dt, substeps, iterations, tolerances;
+    std::string solvers, dt, substeps, iterations, residual_tolerances, tolerances;
     int threads = 1;
     bool sleep = false;
     bool quick = false;
