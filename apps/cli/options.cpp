@@ -82,7 +82,7 @@ RunOptions run_options(const RunArguments& a) {
     for (const NamedSolver& s : kSolvers) {
         if (a.solver == s.name) options.solver = s.value;
     }
-    if (!options.solver) throw_invalid("--solver", a.solver, "one of auto, si, direct, rattle, mixed");
+    if (!options.solver) throw_invalid("--solver", a.solver, "one of auto, si, direct, rattle, mixed, tgs");
     options.substeps = a.substeps;
     options.iterations = a.iterations;
     options.threads = a.threads;
