@@ -177,7 +177,7 @@ std::vector<Finding> find_overlaps(const Case& c) {
         const bool both = a.type == BodyType::kDynamic && b.type == BodyType::kDynamic;
         const bool moves_a = both ? p.n.dot(c.evidence.up) >= 0 : a.type == BodyType::kDynamic;
         const std::size_t moved = moves_a ? p.a : p.b;
-        const Vec3 way = (moves_a ? p.start_depth : -p.start_depth) * p.n;
+        const Vec3 way = (moves_a ? p.start_depth : -p.start_depth) * p.n + Vec3::Zero();  // no −0
         Finding f;
         f.cause = "overlap";
         f.says = fmt::format("{} and {} overlap by {:.3g} m at the start, {:.0f} % of the thinner one", a.name, b.name, p.start_depth,
@@ -288,7 +288,7 @@ std::optional<Finding> find_weak_support(const Case& c, const Symptom& symptom) 
         Eigen::Vector2d middle = Eigen::Vector2d::Zero();
         for (const Eigen::Vector2d& p : footing.hull) middle += p / static_cast<Real>(footing.hull.size());
         const Eigen::Vector2d by = middle - footing.centre;
-        const Vec3 way = by.x() * footing.x + by.y() * footing.y;
+        const Vec3 way = by.x() * footing.x + by.y() * footing.y + Vec3::Zero();  // no −0
         f.cures.push_back(
             {fmt::format("move {} by [{:.3g}, {:.3g}, {:.3g}] m in the scene", list_names(c.scene, s.borne), way.x(), way.y(), way.z()),
              [borne = s.borne, way](Scene& scene, RunOptions&) {

@@ -19,7 +19,8 @@ const GroupEvidence& group_of(const Case& c, const Symptom& s) {
 }
 
 bool sweeps_solve(const GroupEvidence& g) {
-    return g.si_islands + g.solver_steps[static_cast<int>(SolverChoice::kMixed)] > 0;
+    const auto steps = [&](SolverChoice solver) { return g.solver_steps[static_cast<int>(solver)]; };
+    return steps(SolverChoice::kSi) + steps(SolverChoice::kTgs) + steps(SolverChoice::kMixed) > 0;
 }
 
 bool is_cut_off(const GroupEvidence& g) {
