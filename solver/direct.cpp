@@ -136,7 +136,7 @@ bool substep(Context& c, bool is_first) {
     kick(c.bodies, c.island.body_begin, c.island.dynamic_end, 0.5 * c.h);
     warm_start_first(c.contacts, range, c.bodies);
     if (whole_step &&
-        rests(c.bodies, c.contacts, c.island, c.h, c.scratch.saved_velocity, enough(c), c.settings.stand_tolerance, c.report)) {
+        rests(c.bodies, c.contacts, c.island, c.h, c.scratch.saved_velocity, enough(c), c.report)) {
         if (c.probe) c.probe->measure(c.bodies, c.contacts, c.contacts.total, kNoJoints);
         return true;
     }

@@ -28,7 +28,6 @@ struct DirectSettings {
     int most_factorisations = 1000000;  // in a step
     Real start_tolerance = 1e-7;        // [m/s], with which it need not begin, and may end where rounding lets it fall no further
     Real rest_tolerance = 1e-9;         // [m/s], with which it need not begin in a step after one that had to
-    Real stand_tolerance = 1e-9;        // [m/s], with which velocities are zero, and the step ends where it began
     Real good_contraction = 0.03;       // of the residual in an update: below start_tolerance, a slower one is not gone on with
     Real weight = 1e6;                  // D in units of a row's effective mass
     Real contact_push = 0.1;            // share of a penetration that a substep takes back

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace cairn {
 namespace {
@@ -72,6 +73,35 @@ Real largest_slip(const SolverBodies& bodies, const ContactPool& pool, const SiI
     return slip;
 }
 
+// What rounding leaves of the balance of forces [m/s]: the speed that a body's weight and all its impulses would give its points if none
+// took another back, the most of any body, times ε; errors of random signs add up as √n over the island's rows. kSlack covers what of this
+// is estimated. Bodies' `push` serves as scratch.
+Real rounding_of_balance(SolverBodies& bodies, const ContactPool& pool, const SiIsland& island, Real h) {
+    constexpr Real kSlack = 8;
+    for (int i = island.body_begin; i < island.dynamic_end; ++i) bodies.push[i].v.x() = h * bodies.motion[i].acceleration.norm();
+    int rows = 0;
+    for (int k = island.contacts.begin; k < island.contacts.end; ++k) {
+        const ContactBlock& block = pool.blocks[k];
+        Real speed_a = 0, speed_b = 0;
+        const Real radius_a = bodies.motion[block.a].radius, radius_b = bodies.motion[block.b].radius;
+        const auto add = [&](const PointRow& row, Real impulse) {
+            speed_a += 2 * std::abs(impulse) * (block.inv_mass_a + radius_a * row.iang_a.norm());
+            speed_b += 2 * std::abs(impulse) * (block.inv_mass_b + radius_b * row.iang_b.norm());
+            ++rows;
+        };
+        for (int i = 0; i < block.count; ++i) {
+            const PointImpulse& impulse = pool.impulse[block.first + i];
+            add(pool.normals[block.first + i], impulse.normal);
+            for (int j = 0; block.friction >= 0 && j < 2; ++j) add(pool.frictions[block.friction + 2 * i + j], impulse.friction[j]);
+        }
+        bodies.push[block.a].v.x() += speed_a;
+        bodies.push[block.b].v.x() += speed_b;
+    }
+    Real most = 0;
+    for (int i = island.body_begin; i < island.dynamic_end; ++i) most = std::max(most, bodies.push[i].v.x());
+    return kSlack * std::sqrt(static_cast<Real>(rows)) * std::numeric_limits<Real>::epsilon() * most;
+}
+
 bool a_kinematic_body_moves(const SolverBodies& bodies, const SiIsland& island) {
     for (int i = island.dynamic_end; i < island.body_end; ++i) {
         if (!bodies.velocity[i].v.isZero(0) || !bodies.velocity[i].w.isZero(0)) return true;
@@ -82,11 +112,11 @@ bool a_kinematic_body_moves(const SolverBodies& bodies, const SiIsland& island) 
 }  // namespace
 
 bool rests(SolverBodies& bodies, ContactPool& contacts, const SiIsland& island, Real h, const Velocities& v0, Real enough,
-           Real stand_tolerance, DirectReport& report) {
+           DirectReport& report) {
     // Slower than what the bound allows for by this, the rows themselves are looked at: what sways as one has hardly any slip.
     constexpr Real kWorthALook = 100;
-    // Of the correction that counts as exact: where hardly anything pulls, less is still.
-    constexpr Real kStill = 1e-5;
+    // [m/s], more than rounding ever leaves: above it nobody needs to ask.
+    constexpr Real kMostRounding = 1e-11;
     Real residual = slip_bound(bodies, island, v0);
     if (!(residual <= kWorthALook * enough) || a_kinematic_body_moves(bodies, island)) return false;
     ++report.passes;
@@ -100,7 +130,7 @@ bool rests(SolverBodies& bodies, ContactPool& contacts, const SiIsland& island, 
     residual += at_rest;
     if (!(residual <= enough)) return false;
     report.residual = std::max(report.residual, residual);
-    report.stands = residual <= std::min(stand_tolerance, kStill * exact);
+    report.stands = residual <= kMostRounding && residual <= rounding_of_balance(bodies, contacts, island, h);
     if (!report.stands) report.si.rotor_calls += drift(bodies, island.body_begin, island.dynamic_end, h);
     for (int i = island.body_begin; i < island.dynamic_end; ++i)
         bodies.velocity[i] = report.stands ? BodyVelocity{} : second_velocity(bodies, island, v0, i);

@@ -44,9 +44,9 @@ bool direct_solve(SolverBodies& bodies, ContactPool& contacts, const SiIsland& i
 
 // A step of what stays where it is, from the kick and the warm start of the first solve on: one pass over the points. It ends here if the
 // impulses that the island starts with hold it, both solves' residuals being `enough` [m/s] at most: then they leave all velocities below
-// that and no gap open that they bear upon. With `stand_tolerance` they are taken for zero, and no pose changes. False, and nothing is
-// changed, if they do not. The second solve's impulses must be those of the first once more, so that its velocities are v₂ = 2 v₁ − v₀.
+// that and no gap open that they bear upon. Where they are no more than what rounding leaves of the balance of so many impulses, no step
+// could tell them from zero: zero they are, and no pose changes. False, and nothing is changed, if they do not. The second solve's impulses must be those of the first once more, so that its velocities are v₂ = 2 v₁ − v₀.
 bool rests(SolverBodies& bodies, ContactPool& contacts, const SiIsland& island, Real h, const std::vector<BodyVelocity>& v0, Real enough,
-           Real stand_tolerance, DirectReport& report);
+           DirectReport& report);
 
 }  // namespace cairn
