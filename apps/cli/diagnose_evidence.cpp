@@ -275,7 +275,9 @@ void Observer::see_islands(const SceneWorld& built, const StepReport& report) {
         ++g.solver_steps[static_cast<int>(island.solver)];
         if (island.solver == SolverChoice::kSi) {
             ++g.si_islands;
-            if (static_cast<Real>(island.iterations) >= limits::kAtCap * most_sweeps(settings)) ++g.capped_islands;
+            // With a tolerance solves go on for as long as it takes.
+            const bool capped = static_cast<Real>(island.iterations) >= limits::kAtCap * most_sweeps(settings);
+            if (capped && settings.tolerance == 0) ++g.capped_islands;
         }
         if (island.residual.max <= g.residual) continue;
         g.residual = island.residual.max;
