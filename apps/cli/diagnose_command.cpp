@@ -1,5 +1,5 @@
 #include "apps/cli/commands.hpp"
-#include "apps/cli/diagnose.hpp"
+#include "apps/cli/diagnose/diagnose.hpp"
 #include "apps/cli/options.hpp"
 #include "apps/cli/progress.hpp"
 #include "apps/cli/shipped_scenes.hpp"

@@ -1,7 +1,7 @@
 // Each cause on a small scene that has it and nothing else; sound scenes have none.
-#include "apps/cli/diagnose.hpp"
+#include "apps/cli/diagnose/diagnose.hpp"
 
-#include "apps/cli/diagnose_limits.hpp"
+#include "apps/cli/diagnose/limits.hpp"
 #include "tests/support/catch.hpp"
 
 #include <algorithm>

@@ -1,12 +1,12 @@
 // Why a stack fails, a joint stretches or a body creeps: symptoms of a run, their causes, and what cures them.
 //
-// A run gives evidence (diagnose_evidence.hpp). What moves, stretches or sinks beyond its limit (diagnose_limits.hpp) is a symptom. Each
+// A run gives evidence (evidence.hpp). What moves, stretches or sinks beyond its limit (limits.hpp) is a symptom. Each
 // cause is a small function from the evidence to a finding, or none. Causes of mechanics (the slope is steep, the support ends) come
 // first: what they explain is no fault of the solver. A finding brings cures, settings or changes of the scene, that are tried by running
 // them; the same symptom is measured again.
 #pragma once
 
-#include "apps/cli/diagnose_evidence.hpp"
+#include "apps/cli/diagnose/evidence.hpp"
 
 #include <functional>
 #include <optional>

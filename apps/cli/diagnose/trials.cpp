@@ -1,4 +1,4 @@
-#include "apps/cli/diagnose.hpp"
+#include "apps/cli/diagnose/diagnose.hpp"
 
 #include "engine/base/error.hpp"
 

@@ -1,6 +1,6 @@
-#include "apps/cli/diagnose_evidence.hpp"
+#include "apps/cli/diagnose/evidence.hpp"
 
-#include "apps/cli/diagnose_limits.hpp"
+#include "apps/cli/diagnose/limits.hpp"
 #include "apps/cli/step_report_file.hpp"
 #include "collision/hull.hpp"
 #include "engine/base/error.hpp"

@@ -1,5 +1,5 @@
-#include "apps/cli/diagnose.hpp"
-#include "apps/cli/diagnose_limits.hpp"
+#include "apps/cli/diagnose/diagnose.hpp"
+#include "apps/cli/diagnose/limits.hpp"
 
 #include <fmt/format.h>
 

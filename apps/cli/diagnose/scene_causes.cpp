@@ -1,6 +1,6 @@
 // Causes that lie in the scene: overlaps, joints that are too short, slopes that are too steep, support that ends. No solver can help.
-#include "apps/cli/diagnose.hpp"
-#include "apps/cli/diagnose_limits.hpp"
+#include "apps/cli/diagnose/diagnose.hpp"
+#include "apps/cli/diagnose/limits.hpp"
 
 #include <fmt/format.h>
 

@@ -1,6 +1,6 @@
 // Causes that lie in how the scene is solved: mass ratios, sweeps that are cut off, steps that are too long.
-#include "apps/cli/diagnose.hpp"
-#include "apps/cli/diagnose_limits.hpp"
+#include "apps/cli/diagnose/diagnose.hpp"
+#include "apps/cli/diagnose/limits.hpp"
 #include "apps/cli/options.hpp"
 
 #include <fmt/format.h>
