@@ -67,7 +67,7 @@ using Workspace = MixedWorkspace::Data;
 constexpr Real kKeep = 1e-7;
 // [rad], by which the fastest mode of a taut chain may turn in a substep (solver/rattle.hpp), and the most parts that this cuts one into.
 constexpr Real kTurnPerSubstep = 0.7;
-constexpr int kMostParts = 16;
+constexpr int kMostParts = 64;
 // [rad], by which bodies may turn before W is built anew: it says how far an impulse goes, not what it has to reach.
 constexpr Real kKeepResponse = 0.02;
 
@@ -427,7 +427,12 @@ MixedReport solve_island_mixed(MixedWorkspace& workspace, SolverBodies& bodies, 
         scale_warm_start(contacts, island.contacts, 1.0 / parts);
         for (int k = 0; k < settings.substeps * parts && report.failure == MixedFailure::kNone; ++k)
             if (!step.substep()) report.failure = MixedFailure::kNoContraction;
-        if (report.failure == MixedFailure::kNone) {
+        // Impulses that nothing foretold, as those of a first step, may ask for far more.
+        const bool may_retry = report.failure == MixedFailure::kNone && attempt + 1 < settings.attempts;
+        const int wanted = may_retry ? std::min(step.parts_for_tension() * parts, kMostParts) : 0;
+        if (wanted > 2 * parts) {
+            parts = wanted / 2;
+        } else if (report.failure == MixedFailure::kNone) {
             step.store(parts);
             scale_warm_start(contacts, island.contacts, parts);
             break;

@@ -33,12 +33,12 @@ struct MixedSettings {
     Real tolerance = 1e-5;           // what SHAKE may leave of a joint's error, relative to the largest arm
     int max_corrections = 4;         // of SHAKE
     Real slack = 1e-3;               // what it may leave when these are used up; beyond, the step is done again with twice the substeps
-    int attempts = 3;
-    Real closing_speed = 1;     // [m/s], at most, with which joints that are apart come together
-    Real contact_push = 0.4;    // share of a penetration that a substep takes back
-    Real rebuild_angle = 1e-3;  // [rad], as SiSettings
-    Real drop = 1e-12;          // relative pivot below which a row counts as redundant
-    Real max_flops = 5e6;       // of one factorisation: beyond it the island is left to others
+    int attempts = 6;                // at a step, each in more parts
+    Real closing_speed = 1;          // [m/s], at most, with which joints that are apart come together
+    Real contact_push = 0.4;         // share of a penetration that a substep takes back
+    Real rebuild_angle = 1e-3;       // [rad], as SiSettings
+    Real drop = 1e-12;               // relative pivot below which a row counts as redundant
+    Real max_flops = 5e6;            // of one factorisation: beyond it the island is left to others
 };
 
 enum class MixedFailure : std::uint8_t { kNone, kTooCostly, kNoContraction };
