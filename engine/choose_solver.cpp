@@ -23,6 +23,9 @@ constexpr double kOrderingCost = 2;
 // Steps' worth of allowance that an island starts with, and may save.
 constexpr double kSavings = 40;
 constexpr int kLongestWait = 64;
+// Quiet steps in a row that an island may take without coming to rest before it pays like one that moves: it creeps, and would be
+// factorised in every step.
+constexpr int kPatience = 4;
 
 // A model of the textbook's, or a way of stabilising, is asked for: only sequential impulses have them.
 bool asks_for_sequential_impulses(const WorldSettings& settings) {
@@ -128,9 +131,12 @@ SolverPlan choose_solver(WorldData& world, IslandWorkspace& work, int index, con
     }
     const int points = points_of(work.contact_pool, island.contacts).count();
     DirectState& state = direct_state(world, index, kAllowance * points);
-    const bool charged = !forced && (!quiet || bodies > kFreeIsland);
+    if (!quiet) state.restless = 0;
+    const bool charged = !forced && (!quiet || bodies > kFreeIsland || state.restless > kPatience);
     if (!forced && (state.wait > 0 || (charged && state.credit <= 0))) {
         const bool waits = state.wait > 0;
+        // Nothing that moves by much has to be followed. A single body takes no time, and slides to a stop as closely as it can be told.
+        if (quiet && bodies > 1) plan.substeps = std::max(1, plan.substeps / 2);
         state.wait = std::max(0, state.wait - 1);
         return give_to_sweeps(plan, waits ? SolverReason::kWaits : SolverReason::kSpent);
     }
@@ -154,6 +160,12 @@ void note_direct(DirectState& state, int points, const DirectReport& report) {
     const BlockCholesky& factor = state.cache.factor;
     const double n = points;
     state.stood = report.stands;
+    const bool rested = report.converged && report.newton_steps == 0;
+    state.restless = rested ? 0 : state.restless + 1;
+    if (rested) {  // not charged: what stands from then on is not either
+        state.penalty = std::max(1, state.penalty / 2);
+        return;
+    }
     state.credit -= static_cast<double>(report.factorisations) * factorisation_cost(state, points) +
                     static_cast<double>(report.newton_steps) * (kBlockCost * static_cast<double>(factor.blocks()) + kStepCost * n) +
                     static_cast<double>(report.passes) * kPassCost * n;

@@ -21,6 +21,7 @@ struct DirectState {
     int wait = 0;        // steps until it is tried again
     int penalty = 1;     // steps to wait after the next failure
     double credit = 0;   // block products that it may spend, see choose_solver.cpp
+    int restless = 0;    // solves in a row that found it out of balance
     bool stood = false;  // since the last step in which it was solved
     std::uint64_t last_step = 0;
 };

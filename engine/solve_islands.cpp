@@ -245,9 +245,13 @@ bool solve_island(WorldData& world, IslandWorkspace& work, int index, const SiIs
         solver = SolverChoice::kSi;
         substeps = default_substeps;
     };
-    const SiSettings settings = si_settings(world.settings, default_substeps);
+    SiSettings settings = si_settings(world.settings, default_substeps);
     const bool wide = work.is_island_wide =
         solver == SolverChoice::kSi && plan_wide(work.wide_contacts, work.contact_pool, island, settings);
+    if (wide && substeps != default_substeps) {  // wide contacts give their warm impulses back unscaled
+        scale_warm_impulses(work, island, static_cast<Real>(substeps) / default_substeps);
+        substeps = default_substeps;
+    }
     if (!wide) build_contacts(work.contact_pool, island.contacts, work.solver_bodies);
     if (solver == SolverChoice::kDirect && !solve_directly(world, work, island, dt, plan, work.solved, work.report, island_report))
         sweep_instead();
@@ -262,6 +266,7 @@ bool solve_island(WorldData& world, IslandWorkspace& work, int index, const SiIs
     if (solver == SolverChoice::kSi || solver == SolverChoice::kTgs) {
         if (!island.joints.empty()) build_joints(work.joint_pool, island.joints, work.solver_bodies);
         IslandProbe* probe = begin_probe(world, work, island);
+        settings.substeps = substeps;
         const SiReport si = solver == SolverChoice::kTgs
                                 ? solve_island_tgs(work.solver_bodies, work.contact_pool, work.joint_pool, island, dt, settings, probe)
                                 : solve_island_si(work.solver_bodies, work.contact_pool, work.joint_pool, island, dt, settings,
