@@ -1,5 +1,5 @@
 // Adding, removing and disabling bodies.
-#include "collision/hull.hpp"
+#include "collision/extent.hpp"
 #include "collision/mass_properties.hpp"
 #include "collision/mesh.hpp"
 #include "engine/base/error.hpp"
@@ -80,23 +80,9 @@ Mat3 body_inertia(const BodyDef& def) {
     return I;
 }
 
-// Of the sphere about the body's origin that holds the shape; 0 for what belongs to static bodies.
-Real shape_radius(const Shape& s) {
-    const Real offset = s.X_BS.p.norm();
-    switch (s.type) {
-        case ShapeType::kSphere:
-            return offset + s.radius;
-        case ShapeType::kBox:
-            return offset + s.half_extents.norm();
-        case ShapeType::kCapsule:
-            return offset + s.half_height + s.radius;
-        case ShapeType::kCylinder:
-            return offset + std::hypot(s.half_height, s.radius);
-        case ShapeType::kHull:
-            return offset + s.hull->outer_radius();
-        default:
-            return 0;
-    }
+// 0 for what belongs to static bodies.
+Real radius_of(const Shape& s) {
+    return s.is_static_only() ? 0 : bounding_radius(s);
 }
 
 // Of a ball about the middle of the shape's box that holds the shape.
@@ -104,24 +90,7 @@ Real ball_radius(const Shape& s) {
     const bool is_symmetric = s.type != ShapeType::kHull && !s.is_static_only();
     Shape centred = s;
     centred.X_BS = Pose();
-    return is_symmetric ? shape_radius(centred) : std::numeric_limits<Real>::infinity();
-}
-
-// Smallest extent of a shape: what tolerances are relative to.
-Real shape_size(const Shape& s) {
-    switch (s.type) {
-        case ShapeType::kSphere:
-        case ShapeType::kCapsule:
-            return 2 * s.radius;
-        case ShapeType::kCylinder:
-            return 2 * std::min(s.radius, s.half_height);
-        case ShapeType::kBox:
-            return 2 * s.half_extents.minCoeff();
-        case ShapeType::kHull:
-            return 2 * s.hull->inner_radius();
-        default:
-            return 1e9;
-    }
+    return is_symmetric ? bounding_radius(centred) : std::numeric_limits<Real>::infinity();
 }
 
 std::uint32_t take_shape_block(WorldData& world, std::uint32_t count) {
@@ -147,9 +116,9 @@ void add_shapes(WorldData& world, std::uint32_t index, const std::vector<Shape>&
         record.body = index;
         record.index = i;
         record.X_BS = Transform(shapes[i].X_BS);
-        record.size = shape_size(shapes[i]);
-        record.spin_radius = shapes[i].type == ShapeType::kSphere ? shapes[i].X_BS.p.norm() : shape_radius(shapes[i]);
-        body.radius = std::max(body.radius, shape_radius(shapes[i]));
+        record.size = least_extent(shapes[i]);
+        record.spin_radius = shapes[i].type == ShapeType::kSphere ? shapes[i].X_BS.p.norm() : radius_of(shapes[i]);
+        body.radius = std::max(body.radius, radius_of(shapes[i]));
         if (shapes[i].type == ShapeType::kPlane) {
             // Solid where normal·x <= offset in the body frame.
             const Vec3 n = body.R * shapes[i].normal;

@@ -2,7 +2,8 @@
 
 #include "apps/cli/diagnose/limits.hpp"
 #include "apps/cli/step_report_file.hpp"
-#include "collision/hull.hpp"
+#include "apps/cli/truth_parts.hpp"
+#include "collision/extent.hpp"
 #include "engine/base/error.hpp"
 
 #include <algorithm>
@@ -17,49 +18,10 @@ namespace {
 
 constexpr Real kUnbounded = std::numeric_limits<Real>::infinity();
 
-Real shape_radius(const Shape& s) {
-    const Real offset = s.X_BS.p.norm();
-    switch (s.type) {
-        case ShapeType::kSphere:
-            return offset + s.radius;
-        case ShapeType::kBox:
-            return offset + s.half_extents.norm();
-        case ShapeType::kCapsule:
-            return offset + s.half_height + s.radius;
-        case ShapeType::kCylinder:
-            return offset + std::hypot(s.half_height, s.radius);
-        case ShapeType::kHull:
-            return offset + s.hull->outer_radius();
-        default:
-            return kUnbounded;
-    }
-}
-
-Real shape_extent(const Shape& s) {
-    switch (s.type) {
-        case ShapeType::kSphere:
-        case ShapeType::kCapsule:
-            return 2 * s.radius;
-        case ShapeType::kBox:
-            return 2 * s.half_extents.minCoeff();
-        case ShapeType::kCylinder:
-            return 2 * std::min(s.radius, s.half_height);
-        case ShapeType::kHull:
-            return 2 * s.hull->inner_radius();
-        default:
-            return kUnbounded;
-    }
-}
-
 // That a step of sequential impulses may take: two solves a substep, but one in most of the textbook's.
 Real most_sweeps(const WorldSettings& s) {
     const bool one = s.model.is_textbook() || s.stabilisation == Stabilisation::kTargetVelocity || s.stabilisation == Stabilisation::kNone;
     return static_cast<Real>(one ? 1 : 2) * s.iterations * s.substeps;
-}
-
-Real angle_between(const Quat& a, const Quat& b) {
-    const Quat q = b * a.conjugate();
-    return 2 * std::atan2(q.vec().norm(), std::abs(q.w()));
 }
 
 class Observer {
@@ -331,21 +293,18 @@ Evidence Observer::finish() {
     return std::move(e_);
 }
 
-template <typename Extent, typename Better>
-Real of_shapes(const BodyDef& body, Real none, Extent extent, Better better) {
-    Real value = none;
-    for (const Shape& s : body.shapes) value = better(value, extent(s)) ? value : extent(s);
-    return value;
-}
-
 }  // namespace
 
 Real body_radius(const BodyDef& body) {
-    return of_shapes(body, 0, shape_radius, [](Real a, Real b) { return a >= b; });
+    Real radius = 0;
+    for (const Shape& s : body.shapes) radius = std::max(radius, bounding_radius(s));
+    return radius;
 }
 
 Real least_extent(const BodyDef& body) {
-    return of_shapes(body, kUnbounded, shape_extent, [](Real a, Real b) { return a <= b; });
+    Real extent = kUnbounded;
+    for (const Shape& s : body.shapes) extent = std::min(extent, cairn::least_extent(s));
+    return extent;
 }
 
 Evidence observe(const Scene& scene, const RunOptions& options, const StepCallback& on_step) {

@@ -2,7 +2,7 @@
 
 #include "apps/cli/truth_parts.hpp"
 #include "apps/cli/truths/overlap.hpp"
-#include "collision/hull.hpp"
+#include "collision/extent.hpp"
 
 #include <fmt/format.h>
 
@@ -14,24 +14,6 @@ namespace cairn::cli {
 namespace {
 
 constexpr Real kMostGain = 0.2;
-
-Real radius_of(const Shape& s) {
-    const Real at = s.X_BS.p.norm();
-    switch (s.type) {
-        case ShapeType::kSphere:
-            return at + s.radius;
-        case ShapeType::kBox:
-            return at + s.half_extents.norm();
-        case ShapeType::kCapsule:
-            return at + s.half_height + s.radius;
-        case ShapeType::kCylinder:
-            return at + std::hypot(s.radius, s.half_height);
-        case ShapeType::kHull:
-            return at + s.hull->outer_radius();
-        default:
-            return 0;
-    }
-}
 
 bool is_driven(const Scene& scene) {
     return std::any_of(scene.bodies.begin(), scene.bodies.end(), [](const BodyDef& b) {
@@ -47,7 +29,7 @@ bool starts_overlapping(const Scene& scene) {
     for (const BodyDef& b : scene.bodies) {
         start.states[0].push_back({b.position, b.rotation, b.linear_velocity, b.angular_velocity});
         for (const Shape& s : b.shapes) {
-            if (b.type == BodyType::kDynamic) smallest = std::min(smallest, radius_of(s));
+            if (b.type == BodyType::kDynamic) smallest = std::min(smallest, bounding_radius(s));
         }
     }
     return penetration_error(scene, start).deepest > 0.1 * smallest;
@@ -86,7 +68,7 @@ Real energy_gain(const Scene& scene, const History& history) {
         if (b.type != BodyType::kDynamic) continue;
         inertia[i] = body_inertia(b);
         Real radius = 0;
-        for (const Shape& s : b.shapes) radius = std::max(radius, radius_of(s));
+        for (const Shape& s : b.shapes) radius = std::max(radius, bounding_radius(s));
         weights += b.mass * scene.gravity.norm() * radius;
     }
     const Energy first = energy_of(scene, inertia, start);
