@@ -29,7 +29,7 @@ struct Symptom {
 // The worst of each kind in each group of bodies that touch or are joined; those farthest beyond their limits first.
 std::vector<Symptom> find_symptoms(const Scene& scene, const Evidence& evidence);
 // What another run shows of it.
-Real measure_again(const Symptom& symptom, const Scene& scene, const Evidence& evidence);
+Real measure_again(const Symptom& symptom, const Evidence& evidence);
 
 // Something to try.
 struct Cure {

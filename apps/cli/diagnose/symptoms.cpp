@@ -1,5 +1,6 @@
 #include "apps/cli/diagnose/diagnose.hpp"
 #include "apps/cli/diagnose/limits.hpp"
+#include "apps/cli/step_report_file.hpp"
 
 #include <fmt/format.h>
 
@@ -61,7 +62,7 @@ std::vector<Symptom> find_symptoms(const Scene& scene, const Evidence& e) {
     return symptoms;
 }
 
-Real measure_again(const Symptom& s, const Scene&, const Evidence& e) {
+Real measure_again(const Symptom& s, const Evidence& e) {
     switch (s.kind) {
         case SymptomKind::kBreaks:
             return e.disabled_body == SIZE_MAX ? 0 : 1;
@@ -86,13 +87,7 @@ std::string number_text(const Symptom& s, Real value) {
 }
 
 std::string symptom_text(const Symptom& s, const Scene& scene) {
-    const auto joint = [&] {
-        const SceneJoint& j = scene.joints[s.index];
-        const auto name = [&](const std::optional<std::size_t>& body) {
-            return body ? scene.bodies[*body].name : std::string("the world");
-        };
-        return fmt::format("the {} joint of {} and {}", to_string(j.def.type), name(j.body_a), name(j.body_b));
-    };
+    const auto joint = [&] { return "the " + joint_name(scene, {static_cast<std::uint32_t>(s.index), 0}); };
     const auto body = [&](std::size_t i) { return scene.bodies[i].name; };
     const std::string value = number_text(s, s.value);
     switch (s.kind) {

@@ -14,7 +14,7 @@ std::optional<Real> run_again(const Symptom& symptom, const Scene& scene, const 
     const Evidence evidence = observe(scene, options);
     if (!evidence.refused.empty()) return std::nullopt;
     if (evidence.disabled_body != SIZE_MAX) return symptom.kind == SymptomKind::kBreaks ? 1 : std::numeric_limits<Real>::infinity();
-    return measure_again(symptom, scene, evidence);
+    return measure_again(symptom, evidence);
 }
 
 // The deepest overlap of the body that was moved, at the start: of one step, since whatever follows is another matter.
