@@ -155,7 +155,7 @@ void add_options(CLI::App& command, Arguments& a) {
     command.add_option("--dt", r.dt, "List of steps [s], as in 1/60,1/240");
     command.add_option("--substeps", r.substeps, "List of substeps of a step; `default`: the engine's own");
     command.add_option("--iterations", r.iterations, "List of most sweeps of a solve; `default`: the engine's own");
-    command.add_option("--solver", r.solvers, "List of Cairn's solvers: auto, si, direct, rattle, mixed, tgs");
+    command.add_option("--solver", r.solvers, "List of Cairn's solvers: " + solver_names());
     command.add_option("--residual-tolerance", r.residual_tolerances, "List of tolerances of Cairn's solves [m/s]");
     command.add_option("--tolerance", r.tolerances, "List of position errors that Cairn admits per simulated second [m/s]");
     command.add_option("--threads", r.threads, "Threads of Cairn; the others run on one")->capture_default_str();

@@ -82,7 +82,7 @@ RunOptions run_options(const RunArguments& a) {
     for (const NamedSolver& s : kSolvers) {
         if (a.solver == s.name) options.solver = s.value;
     }
-    if (!options.solver) throw_invalid("--solver", a.solver, "one of auto, si, direct, rattle, mixed, tgs");
+    if (!options.solver) throw_invalid("--solver", a.solver, "one of " + solver_names());
     options.substeps = a.substeps;
     options.iterations = a.iterations;
     options.threads = a.threads;
@@ -100,6 +100,12 @@ const char* solver_name(SolverChoice solver) {
         if (solver == s.value) return s.name;
     }
     return "unknown";
+}
+
+std::string solver_names() {
+    std::string names;
+    for (const NamedSolver& s : kSolvers) names.append(names.empty() ? "" : ", ").append(s.name);
+    return names;
 }
 
 }  // namespace cairn::cli

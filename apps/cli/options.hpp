@@ -33,5 +33,7 @@ void add_run_options(CLI::App& command, RunArguments& arguments);
 RunOptions run_options(const RunArguments& arguments);
 
 const char* solver_name(SolverChoice solver);
+// All of them: "auto, si, …".
+std::string solver_names();
 
 }  // namespace cairn::cli

@@ -76,8 +76,7 @@ void add_run_command(CLI::App& app, int& exit_code) {
         "  cairn run stack_10\n"
         "  cairn run my_scene.json --dt 1/240 --substeps 8 --states my_states.csv\n"
         "  cairn run pyramid_10 --sleep 1 --json\n"
-        "Exit codes: 0 well, 1 a body went non-finite, 2 bad arguments or files, 3 the scene asks for something that is not supported "
-        "yet.");
+        "Exit codes: 0 well, 1 a body went non-finite, 2 bad arguments or files.");
     command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
 }
 

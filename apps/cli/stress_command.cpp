@@ -123,7 +123,7 @@ void add_stress_command(CLI::App& app, int& exit_code) {
                         fmt::format("List of engines (of {}); default: cairn and the best of each", fmt::join(engine_names(), ", ")));
     command->add_option("--engine", a->external, "NAME=PATH of a program that follows the runner protocol; may be given again")
         ->allow_extra_args(false);
-    command->add_option("--solver", a->solvers, "List of Cairn's solvers: auto, si, direct, rattle, mixed, tgs")->capture_default_str();
+    command->add_option("--solver", a->solvers, "List of Cairn's solvers: " + solver_names())->capture_default_str();
     command->add_option("--timeout", a->timeout, "Longest run [s]: what takes longer has failed; default 60, with --quick 3");
     command->add_flag("--quick", a->quick, "Shorter scenes: under three minutes");
     command->add_option("--out", a->out, "Folder for results");
