@@ -95,7 +95,6 @@ public:
 
 private:
     int first() const { return island_.body_begin; }
-    void measure();
     void factor();
     void errors() { ws_.rows.errors(joints_, island_.joints, bodies_, ws_.residual.data()); }
     void set_target();
@@ -147,7 +146,7 @@ bool MixedStep::begin() {
         Eigen::Map<VecN<N>>(&ws_.warm_first[row]) = j.warm_first;
         Eigen::Map<VecN<N>>(&ws_.warm_second[row]) = j.warm_second;
     });
-    measure();
+    size_ = largest_arm(joints_, island_.joints, bodies_);
     factor();
     is_projected_ = ws_.response.gather(ws_.rows, *plan_, contacts_, island_.contacts, bodies_, first(), island_.dynamic_end);
     turned_ = response_turned_ = std::numeric_limits<Real>::infinity();
@@ -155,16 +154,6 @@ bool MixedStep::begin() {
     errors();
     ws_.gap = ws_.residual;
     return true;
-}
-
-void MixedStep::measure() {
-    Real size2 = 0;
-    for_each_listed_joint(joints_, island_.joints, [&](auto, const auto& j, int) {
-        if (bodies_.motion[j.a].inv_mass > 0) size2 = std::max(size2, j.geometry.anchor_a_A.squaredNorm());
-        if (bodies_.motion[j.b].inv_mass > 0) size2 = std::max(size2, j.geometry.anchor_b_B.squaredNorm());
-        size2 = std::max(size2, j.geometry.length * j.geometry.length);
-    });
-    if (size2 > 0) size_ = std::sqrt(size2);
 }
 
 int MixedStep::parts_for_tension() {

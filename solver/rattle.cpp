@@ -90,18 +90,12 @@ bool Integrator::begin() {
 
 // Lengths and masses that tolerances refer to.
 void Integrator::measure() {
-    Real size2 = 0, far = 0, inv_mass = 0;
-    for_each_listed_joint(joints_, island_.joints, [&](auto, const auto& j, int) {
-        const JointGeometry& g = j.geometry;
-        if (bodies_.motion[j.a].inv_mass > 0) size2 = std::max(size2, g.anchor_a_A.squaredNorm());
-        if (bodies_.motion[j.b].inv_mass > 0) size2 = std::max(size2, g.anchor_b_B.squaredNorm());
-        size2 = std::max(size2, g.length * g.length);
-    });
+    Real far = 0, inv_mass = 0;
     for (int i = first(); i < island_.dynamic_end; ++i) {
         far = std::max(far, motion(i).x.cwiseAbs().maxCoeff());
         inv_mass = std::max(inv_mass, motion(i).inv_mass);
     }
-    size_ = size2 > 0 ? std::sqrt(size2) : 1;
+    size_ = largest_arm(joints_, island_.joints, bodies_);
     rounding_ = 4 * std::numeric_limits<Real>::epsilon() * far;
     min_mass_ = 1 / inv_mass;
 }

@@ -1,6 +1,7 @@
 #include "solver/rattle_rows.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace cairn {
 namespace {
@@ -177,6 +178,17 @@ void JointRowList::apply(const Real* lambda, SolverBodies& bodies) const {
             u.w += Vec3(change[3], change[4], change[5]);
         }
     }
+}
+
+Real largest_arm(const JointPool& pool, const JointRanges& ranges, const SolverBodies& bodies) {
+    Real square = 0;
+    for_each_listed_joint(pool, ranges, [&](auto, const auto& j, int) {
+        const JointGeometry& g = j.geometry;
+        if (bodies.motion[j.a].inv_mass > 0) square = std::max(square, g.anchor_a_A.squaredNorm());
+        if (bodies.motion[j.b].inv_mass > 0) square = std::max(square, g.anchor_b_B.squaredNorm());
+        square = std::max(square, g.length * g.length);
+    });
+    return square > 0 ? std::sqrt(square) : 1;
 }
 
 }  // namespace cairn

@@ -74,6 +74,9 @@ private:
     int rows_ = 0;
 };
 
+// The farthest anchor from the centre of a body that moves, or the longest rod [m]: what tolerances of joints refer to. 1 if all are 0.
+Real largest_arm(const JointPool& pool, const JointRanges& ranges, const SolverBodies& bodies);
+
 // Calls f(kind as a constant, block, index in the list) for the joints of the ranges in the list's order.
 template <typename Pool, typename Function>
 void for_each_listed_joint(Pool& pool, const JointRanges& ranges, Function f) {
