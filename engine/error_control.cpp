@@ -10,9 +10,11 @@ constexpr int kLongestInterval = 32;
 constexpr Real kGrowth = 64;
 // Room for what the error does until it is measured again.
 constexpr Real kRoom = 2;
-// Radius of a body without shapes: of gyration.
-Real radius_of(const BodyMotion& m) {
-    return std::max(m.radius, std::sqrt(m.rotor.moments.maxCoeff() * m.inv_mass));
+
+// Of a body without shapes: that of gyration.
+template <typename AnyBody>
+Real radius_of(const AnyBody& b) {
+    return std::max(b.radius, std::sqrt(b.rotor.moments.maxCoeff() * b.inv_mass));
 }
 
 // [s], for which an error of velocity is taken to last: where forces turn it back, and in free flight.
@@ -28,9 +30,7 @@ std::uint64_t signature_of(const WorldData& world, int index) {
     h.add_word(static_cast<std::uint64_t>(joints.end - joints.begin));
     for (int k = contacts.begin; k < contacts.end; ++k) {
         const Contact& c = world.contacts.slots()[islands.item_list(IslandBuilder::kContact)[k]];
-        int points = 0;
-        for (int i = 0; i < c.manifold_count; ++i) points += c.manifold(i).count;
-        h.add_word(c.shape_a), h.add_word(c.shape_b), h.add_word(static_cast<std::uint64_t>(points));
+        h.add_word(c.shape_a), h.add_word(c.shape_b), h.add_word(static_cast<std::uint64_t>(c.point_count));
     }
     return h.value() | 1;  // 0: free
 }
@@ -70,7 +70,6 @@ Turned turn_free(const Body& body, Real dt, int level) {
 Turned turn_to_tolerance(WorldData& world, const Body& body, ErrorControl& control, Real dt, StepReport& report) {
     constexpr Real kMoreSpeed = 1.1;
     const Real admitted = world.settings.tolerance * dt, speed = body.w.norm();
-    const Real radius = std::max(body.radius, std::sqrt(body.rotor.moments.maxCoeff() * body.inv_mass));
     const bool due = --control.steps_left < 0 || control.disturbed || control.signature != 0 || speed > kMoreSpeed * control.jump;
     if (control.signature != 0) begin_anew(control);
     control.signature = 0;
@@ -82,7 +81,7 @@ Turned turn_to_tolerance(WorldData& world, const Body& body, ErrorControl& contr
     const auto attempt = [&](int level) {
         const Turned fine = turn_free(body, dt, level);
         ++report.rotor_calls;
-        const Real error = turn_error(coarse.q, coarse.w, fine.q, fine.w, radius, kLastingFree);
+        const Real error = turn_error(coarse.q, coarse.w, fine.q, fine.w, radius_of(body), kLastingFree);
         coarse = fine;
         return error;
     };

@@ -63,8 +63,8 @@ public:
     // Stale handles throw Error.
     BodyState state(BodyId body) const;
     void set_state(BodyId body, const BodyState& state);
-    void set_force(BodyId body, const Vec3& force,
-                   const Vec3& torque);  // constant until set to another; world frame, at the centre of mass
+    // Constant until set to another; world frame, at the centre of mass.
+    void set_force(BodyId body, const Vec3& force, const Vec3& torque);
     void apply_impulse(BodyId body, const Vec3& impulse, const Vec3& point);  // [N s] at a world point
     BodyType type(BodyId body) const;
     Real mass(BodyId body) const;     // [kg]; 0 for static and kinematic bodies

@@ -18,8 +18,7 @@ namespace {
 
 class Cairn : public Rival {
 public:
-    Cairn(const Scene& scene, const EngineSettings& settings)
-        : scene_(scene), built_(build_world(scene, world_settings(settings))) {}
+    Cairn(const Scene& scene, const EngineSettings& settings) : scene_(scene), built_(build_world(scene, world_settings(settings))) {}
 
     std::string version() const override { return CAIRN_VERSION; }
     int precision() const override { return 64; }
