@@ -1,5 +1,6 @@
 #include "apps/cli/bench/compare.hpp"
 #include "apps/cli/bench/instructions.hpp"
+#include "apps/cli/bench/order.hpp"
 #include "apps/cli/bench/verdict.hpp"
 #include "apps/cli/commands.hpp"
 #include "apps/cli/options.hpp"
@@ -29,6 +30,7 @@ struct Arguments {
     int sleep = 0;
     bool mixed = false;
     bool instructions = false;
+    bool profile = true;
 };
 
 int repeats_of(const Arguments& a) {
@@ -44,6 +46,19 @@ void count_all(const std::vector<BenchCase>& cases, ResultFolder& folder) {
         BenchRow& row = folder.row(cases[k].id());
         if (cases[k].engine.name == "cairn" && row.status != "unsupported" && row.instructions == 0) {
             row.instructions = count_instructions(cases[k]);
+            folder.keep(row);
+        }
+        progress.update(static_cast<long>(k + 1), static_cast<long>(cases.size()));
+    }
+}
+
+// One more run of each of Cairn's cases for the times of its stages: reading the clock takes time, so the other runs do without.
+void profile_all(const std::vector<BenchCase>& cases, const Arguments& a, ResultFolder& folder) {
+    Progress progress(true);
+    for (std::size_t k = 0; k < cases.size(); ++k) {
+        BenchRow& row = folder.row(cases[k].id());
+        if (cases[k].engine.name == "cairn" && !row.walls.empty() && row.phases.empty()) {
+            measure_phases(cases[k], a.timeout, row);
             folder.keep(row);
         }
         progress.update(static_cast<long>(k + 1), static_cast<long>(cases.size()));
@@ -70,18 +85,31 @@ void run_all(const std::vector<BenchCase>& cases, const Arguments& a, ResultFold
 }
 
 void print_table(const std::vector<const BenchRow*>& rows) {
-    fmt::print("{:<18} {:>6} {:<14} {:<7} {:>6} {:>4} {:>4} {:>10} {:>6} {:>10}  {}\n", "scene", "bodies", "engine", "solver", "dt", "sub",
-               "it", "per step", "spread", "error", "of");
+    fmt::print("{:<18} {:>6} {:<14} {:<7} {:>6} {:>4} {:>4} {:>3} {:>10} {:>6} {:>10}  {}\n", "scene", "bodies", "engine", "solver", "dt",
+               "sub", "it", "thr", "per step", "spread", "error", "of");
     for (const BenchRow* r : rows) {
         const auto number = [](int x) { return x > 0 ? std::to_string(x) : std::string("-"); };
         const std::string error = std::isfinite(r->error) ? fmt::format("{:.2e}", r->error) : "-";
         const std::string of = r->metric + (r->unit.empty() || r->unit == "1" ? "" : " [" + r->unit + "]");
         const std::string note = r->status == "ok" ? of : fmt::format("{}: {}", r->status, r->note);
-        fmt::print("{:<18} {:>6} {:<14} {:<7} {:>6} {:>4} {:>4} {:>10} {:>5.0f}% {:>10}  {}\n", r->scene, r->bodies, r->engine, r->solver,
-                   r->dt_text, number(r->substeps), number(r->iterations), r->walls.empty() ? "-" : readable_time(r->step_median()),
-                   100 * r->spread(), error, note);
+        fmt::print("{:<18} {:>6} {:<14} {:<7} {:>6} {:>4} {:>4} {:>3} {:>10} {:>5.0f}% {:>10}  {}\n", r->scene, r->bodies, r->engine,
+                   r->solver, r->dt_text, number(r->substeps), number(r->iterations), r->threads,
+                   r->walls.empty() ? "-" : readable_time(r->step_median()), 100 * r->spread(), error, note);
         if (!r->same_states) fmt::print("{:<18}   warning: its repeats did not have the same states\n", "");
     }
+}
+
+// Where there are three steps and more.
+void print_orders(const std::vector<BenchRow>& rows) {
+    const std::vector<Order> orders = orders_of(rows);
+    if (orders.empty()) return;
+    fmt::print("\norder of convergence p, error ~ dt^p (all: over all steps with an error above {:.0e})\n{:<18} {:<22} {:>6}  {}\n",
+               kOrderFloor, "scene", "engine", "all", "where the error falls");
+    for (const Order& o : orders) {
+        fmt::print("{:<18} {:<22} {:>6}  {}\n", o.scene, o.label, std::isfinite(o.overall) ? fmt::format("{:.1f}", o.overall) : "-",
+                   to_text(o));
+    }
+    fmt::print("\n");
 }
 
 void print_settings(const std::vector<const BenchRow*>& rows) {
@@ -119,6 +147,7 @@ int bench(Arguments& a) {
                machine.compiler, machine.flags, machine.commit);
     std::fflush(stdout);
     run_all(cases, a, folder);
+    if (a.profile) profile_all(cases, a, folder);
     if (a.instructions) count_all(cases, folder);
     std::vector<const BenchRow*> rows;
     std::vector<BenchRow> copies;
@@ -135,6 +164,7 @@ int bench(Arguments& a) {
     folder.finish(order);
     for (const std::string& win : wins_of_others(copies)) fmt::print("{}\n", win);
     print_table(rows);
+    print_orders(copies);
     print_settings(rows);
     if (!a.out.empty()) fmt::print("results: {0}/results.csv, {0}/results.json; a page with plots: cairn report {0}\n", a.out);
     const int compared = a.compare.empty() ? static_cast<int>(kSuccess) : print_comparison(a, copies);
@@ -148,6 +178,8 @@ void add_options(CLI::App& command, Arguments& a) {
     command.add_option("--scenes", r.folder, "All scene files of this folder");
     command.add_flag("--quick", r.quick, "Only scenes of at most 30 bodies, two steps, 3 repeats: under a minute");
     command.add_flag("--full", r.full, "All solvers, five steps, several substeps and iterations: hours");
+    command.add_flag("--work-precision", r.work_precision,
+                     "Only the scenes whose truth is known to many digits, at steps of 1/30 to 1/1920: orders of convergence");
     command.add_option("--engines", r.engines,
                        fmt::format("List of engines (of {}); default: cairn and the best of each", fmt::join(engine_names(), ", ")));
     command.add_option("--engine", r.external, "NAME=PATH of a program that follows the runner protocol; may be given again")
@@ -158,7 +190,7 @@ void add_options(CLI::App& command, Arguments& a) {
     command.add_option("--solver", r.solvers, "List of Cairn's solvers: " + solver_names());
     command.add_option("--residual-tolerance", r.residual_tolerances, "List of tolerances of Cairn's solves [m/s]");
     command.add_option("--tolerance", r.tolerances, "List of position errors that Cairn admits per simulated second [m/s]");
-    command.add_option("--threads", r.threads, "Threads of Cairn; the others run on one")->capture_default_str();
+    command.add_option("--threads", r.threads, "List of numbers of Cairn's threads, as in 1,2; default 1. The others run on one");
     command.add_option("--sleep", a.sleep, "1: bodies at rest fall asleep, in every engine")
         ->check(CLI::Range(0, 1))
         ->capture_default_str();
@@ -167,6 +199,7 @@ void add_options(CLI::App& command, Arguments& a) {
     command.add_option("--out", a.out, "Folder for results; a broken benchmark goes on where it stopped");
     command.add_flag("--mixed", a.mixed, "Add to results of another commit or machine");
     command.add_option("--shard", r.shard, "I/N: the I-th part of N; cairn report merges the folders");
+    command.add_flag("!--no-profile", a.profile, "Leave out the run that measures the stages of Cairn's step");
     command.add_flag("--instructions", a.instructions, "Also count Cairn's instructions, by valgrind's callgrind: some 50 times as slow");
     command.add_option("--compare", a.compare, "results.json of an older benchmark; fails if something got less accurate");
     command.add_option("--threshold", a.limits.accuracy, "Share by which an error may grow")
@@ -188,6 +221,7 @@ void add_bench_command(CLI::App& app, int& exit_code) {
         "Examples:\n"
         "  cairn bench --quick\n"
         "  cairn bench --filter slide --dt 1/60,1/120,1/240 --engines cairn,bullet64\n"
+        "  cairn bench --work-precision --out results\n"
         "  cairn bench --full --out results --shard 3/8");
     command->callback([arguments, &exit_code] { exit_code = bench(*arguments); });
 }

@@ -52,6 +52,12 @@ void run_built_in(const EngineChoice& engine, const Scene& scene, const EngineSe
         ++next;
         sample(static_cast<Real>(step) * settings.dt);
     }
+    run.phases = rival->phases();
+    if (!run.phases.empty()) {
+        double rest = run.wall_total;
+        for (const double s : run.phases) rest -= s;
+        run.phases.push_back(std::max(0.0, rest));
+    }
     run.wall_max_step = *std::max_element(walls.begin(), walls.end());
     const std::ptrdiff_t half = static_cast<std::ptrdiff_t>(walls.size() / 2);
     std::nth_element(walls.begin(), walls.begin() + half, walls.end());
@@ -67,6 +73,7 @@ std::string pack(const EngineRun& r) {
                            {"precision", r.precision},
                            {"steps", r.steps},
                            {"wall", {r.wall_total, r.wall_median_step, r.wall_max_step}},
+                           {"phases", r.phases},
                            {"contacts", r.contacts_max},
                            {"samples", r.history.t.size()},
                            {"bodies", r.history.states.empty() ? 0 : r.history.states.front().size()}};
@@ -100,6 +107,7 @@ bool unpack(const std::string& bytes, EngineRun& r) {
     r.wall_total = wall(0);
     r.wall_median_step = wall(1);
     r.wall_max_step = wall(2);
+    r.phases = head["phases"].get<std::vector<double>>();
     r.contacts_max = head["contacts"];
     const std::size_t samples = head["samples"], bodies = head["bodies"];
     const char* at = bytes.data() + line + 1;
@@ -158,6 +166,23 @@ void write_all(int pipe, const std::string& bytes) {
     }
     write_all(pipe, pack(run));
     ::_exit(0);
+}
+
+// The run under way has a process group of its own (child_main), which a break of this program does not reach by itself.
+volatile std::sig_atomic_t running_group = 0;
+
+extern "C" void end_with_child(int signal) {
+    if (running_group > 0) ::kill(-static_cast<pid_t>(running_group), SIGKILL);
+    std::signal(signal, SIG_DFL);
+    std::raise(signal);
+}
+
+void end_with_this_program(pid_t child) {
+    running_group = child;
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+        const auto before = std::signal(signal, end_with_child);
+        if (before == SIG_IGN) std::signal(signal, SIG_IGN);  // as under nohup
+    }
 }
 
 // What the child sends until it ends; false if the time ran out.
@@ -224,6 +249,8 @@ EngineRun run_engine(const EngineChoice& engine, const SceneFile& file, const En
         ::close(ends[0]);
         child_main(ends[1], engine, file, settings);
     }
+    ::setpgid(child, child);  // as the child does: whoever is first
+    end_with_this_program(child);
     ::close(ends[1]);
     std::string bytes;
     const bool in_time = read_all(ends[0], timeout, bytes);
@@ -235,6 +262,7 @@ EngineRun run_engine(const EngineChoice& engine, const SceneFile& file, const En
     int status = 0;
     while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
     }
+    running_group = 0;
     EngineRun run;
     if (!in_time) {
         run.status = RunStatus::kTimeout;

@@ -39,6 +39,7 @@ struct EngineRun {
     double wall_total = 0;
     double wall_median_step = 0;
     double wall_max_step = 0;
+    std::vector<double> phases;    // [s] in each of phase_keys(), if asked for and measured
     int contacts_max = 0;          // −1: not told
     std::uint64_t state_hash = 0;  // of all samples: equal for bitwise equal runs
     History history;

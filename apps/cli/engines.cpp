@@ -31,6 +31,10 @@ public:
     void step(Real dt) override {
         const StepReport report = built_.world.step(dt);
         contacts_ = static_cast<int>(report.contacts);
+        if (report.profile != nullptr) {
+            phases_.resize(kPhases);
+            for (std::size_t k = 0; k < kPhases; ++k) phases_[k] += report.profile->seconds[k];
+        }
         if (report.islands_refused > 0) throw Unsupported("an island that the forced solver cannot take");
         if (!report.ok) throw Error("a body went non-finite");
     }
@@ -39,6 +43,7 @@ public:
         for (const BodyId id : built_.ids) out.push_back(built_.world.state(id));
     }
     int contacts() const override { return contacts_; }
+    std::vector<double> phases() const override { return phases_; }
 
 private:
     static WorldSettings world_settings(const EngineSettings& s) {
@@ -50,12 +55,14 @@ private:
         options.solver = s.solver;
         options.residual_tolerance = s.residual_tolerance;
         options.tolerance = s.tolerance;
+        options.profile = s.profile;
         return settings_from(options);
     }
 
     const Scene& scene_;
     SceneWorld built_;
     int contacts_ = 0;
+    std::vector<double> phases_;  // [s]
 };
 
 struct Variant {

@@ -19,6 +19,7 @@ struct EngineSettings {
     std::optional<SolverChoice> solver;      // Cairn's; ignored by others
     std::optional<Real> residual_tolerance;  // [m/s], Cairn's; ignored by others
     std::optional<Real> tolerance;           // [m/s], Cairn's; ignored by others
+    bool profile = false;                    // Cairn's: measure where the time goes
     int threads = 1;                         // Cairn's; the adapters run on one
 };
 

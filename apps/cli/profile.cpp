@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <iterator>
 
 namespace cairn::cli {
 
@@ -87,6 +88,15 @@ void RunProfile::add(const StepReport& r, double step_wall, std::uint64_t step_a
     free_bodies += r.free_bodies;
     sleeping_bodies += r.sleeping_bodies;
     allocations += step_allocations;
+}
+
+const std::vector<const char*>& phase_keys() {
+    static const std::vector<const char*> keys = [] {
+        std::vector<const char*> list(std::begin(kPhaseKeys), std::end(kPhaseKeys));
+        list.push_back("rest");
+        return list;
+    }();
+    return keys;
 }
 
 std::string profile_table(const RunProfile& p) {

@@ -6,6 +6,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include <string>
+#include <vector>
 
 namespace cairn::cli {
 
@@ -26,6 +27,9 @@ struct RunProfile {
     // `report` must have a profile.
     void add(const StepReport& report, double step_wall, std::uint64_t step_allocations);
 };
+
+// Of the stages, as in `seconds` above, and of what is left: "broad_phase" … "sleep", "rest".
+const std::vector<const char*>& phase_keys();
 
 // For people: a table of the stages, then what they did, a step.
 std::string profile_table(const RunProfile& profile);

@@ -1,3 +1,4 @@
+#include "apps/cli/bench/order.hpp"
 #include "apps/cli/bench/verdict.hpp"
 #include "apps/cli/commands.hpp"
 #include "apps/cli/html/page.hpp"
@@ -38,7 +39,9 @@ std::map<std::string, std::pair<std::string, Size>> scripts_of(const ReportData&
         if (!script.empty()) scripts[name] = {std::move(script), size};
     };
     const std::vector<std::string> labels = labels_of(data.rows);
-    for (const std::string& scene : scenes_of(data.rows)) add("scene-" + scene, work_precision_script(data.rows, scene, labels), {});
+    const std::vector<BenchRow> rows = with_paths(data.rows);
+    for (const std::string& scene : scenes_of(rows)) add("scene-" + scene, work_precision_script(rows, scene, labels), {});
+    add("threads", threads_script(data.rows), {900, 480});
     add("scaling", scaling_script(data.rows, labels), {900, 480});
     add("stress", stress_script(data.stress), {1000, 480});
     return scripts;

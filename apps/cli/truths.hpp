@@ -34,6 +34,9 @@ using TruthFunction = TruthError (*)(const Scene& scene, const History& history)
 struct Truth {
     TruthFunction error = nullptr;
     TruthKind kind = TruthKind::kInvariant;
+    // Where `error` is an invariant, which may be kept on a wrong way: how far the run is from the true way. Its order of convergence is
+    // measured. Null: there is no such reference, or `error` is that already.
+    TruthFunction path = nullptr;
 };
 
 // The truth of a scene: by its name where the table of truths.cpp has it, else by what it holds: joints that hold, or else no penetration.
@@ -53,6 +56,7 @@ TruthError sliding_along_axis(const Scene& scene, const History& history);
 TruthError at_rest(const Scene& scene, const History& history);
 // Against the reference of truths/mechanism.hpp.
 TruthError reference_position(const Scene& scene, const History& history);
+TruthError reference_start(const Scene& scene, const History& history);
 TruthError reference_rotation(const Scene& scene, const History& history);
 TruthError tipping_box(const Scene& scene, const History& history);
 // Impacts of balls, worked out one after the other.

@@ -10,5 +10,5 @@ scenes=(projectile slide_stop slide_roll incline_slip incline_stick roll_incline
         heavy_on_light card_house stack_5 fixed_beam)
 arguments=()
 for scene in "${scenes[@]}"; do arguments+=(--scene "$scene"); done
-"$cairn" bench "${arguments[@]}" --engines cairn --dt 1/60 --repeats 1 --out "$out"
+"$cairn" bench "${arguments[@]}" --engines cairn --dt 1/60 --repeats 1 --no-profile --out "$out"
 cp "$out/results.json" "$root/tests/cli/accuracy_baseline.json"

@@ -11,6 +11,7 @@
 #include <charconv>
 #include <cmath>
 #include <filesystem>
+#include <iterator>
 
 namespace cairn::cli {
 
@@ -27,6 +28,12 @@ constexpr Generated kGenerated[] = {{"stack", 5},  {"stack", 20}, {"stack", 40},
                                     {"chain", 50}, {"wall", 10},  {"balls", 300}, {"ragdolls", 10}, {"ragdolls", 50},
                                     {"hulls", 50}, {"pile", 500}, {"pile", 2000}};
 constexpr std::size_t kQuickBodies = 30;
+
+// What --work-precision is made of: scenes whose truths are known to ten digits and more, of every kind of motion, those at rest among
+// them; halved steps.
+constexpr const char* kWorkPrecision[] = {"torque_free", "top",        "top_spin", "pendulum", "rod_pendulum", "double_pendulum",
+                                          "chain_10",    "slide_stop", "tip",      "bounce",   "stack_20"};
+constexpr const char* kWorkPrecisionSteps = "1/30,1/60,1/120,1/240,1/480,1/960,1/1920";
 
 std::vector<std::string> split(const std::string& list) {
     std::vector<std::string> parts;
@@ -82,7 +89,11 @@ std::shared_ptr<const SceneFile> scene_by_name(const std::string& name) {
 
 std::vector<std::shared_ptr<const SceneFile>> chosen_scenes(const BenchRequest& r) {
     std::vector<std::shared_ptr<const SceneFile>> scenes;
-    const auto wanted = [&r](const std::string& name) { return name.find(r.filter) != std::string::npos; };
+    const auto wanted = [&r](const std::string& name) {
+        const bool in_set =
+            !r.work_precision || std::find(std::begin(kWorkPrecision), std::end(kWorkPrecision), name) != std::end(kWorkPrecision);
+        return in_set && name.find(r.filter) != std::string::npos;
+    };
     for (const std::string& name : r.scenes) scenes.push_back(scene_by_name(name));
     if (!r.folder.empty()) {
         std::vector<std::string> paths;
@@ -131,7 +142,7 @@ std::vector<std::optional<Real>> tolerances_of(const char* option, const std::st
 // Lists that are given are crossed with one another; those that are not come from the size of the benchmark, substeps and iterations one at
 // a time, since they buy the same thing.
 std::vector<Effort> efforts(const BenchRequest& r) {
-    std::vector<std::string> steps = split(r.dt);
+    std::vector<std::string> steps = split(r.dt.empty() && r.work_precision ? kWorkPrecisionSteps : r.dt);
     if (steps.empty())
         steps = r.full    ? std::vector<std::string>{"1/30", "1/60", "1/120", "1/240", "1/480"}
                 : r.quick ? std::vector<std::string>{"1/60", "1/240"}
@@ -183,6 +194,12 @@ std::vector<EngineChoice> engines_of(const BenchRequest& r) {
         if (std::find(known.begin(), known.end(), name) != known.end()) found += std::string(",") + name;
     }
     return parse_engines(found, r.external);
+}
+
+std::vector<int> threads_of(const BenchRequest& r) {
+    std::vector<int> threads;
+    for (const std::optional<int>& n : whole_numbers("--threads", r.threads.empty() ? "1" : r.threads)) threads.push_back(n.value_or(1));
+    return threads;
 }
 
 // Keeps every n-th case, from the i-th.
@@ -238,6 +255,7 @@ double BenchCase::cost() const {
 std::vector<BenchCase> plan_cases(const BenchRequest& r) {
     const std::vector<EngineChoice> engines = engines_of(r);
     const std::vector<Effort> work = efforts(r);
+    const std::vector<int> all_threads = threads_of(r);
     std::vector<BenchCase> cases;
     for (const std::shared_ptr<const SceneFile>& file : chosen_scenes(r)) {
         for (const Effort& effort : work) {
@@ -252,8 +270,10 @@ std::vector<BenchCase> plan_cases(const BenchRequest& r) {
                     s.tolerance = effort.tolerance;
                     s.solver = solver;
                     s.sleep = r.sleep;
-                    s.threads = engine.name == "cairn" ? r.threads : 1;
-                    cases.push_back({file, engine, s, effort.dt});
+                    for (const int threads : engine.name == "cairn" && engine.path.empty() ? all_threads : std::vector<int>{1}) {
+                        s.threads = threads;
+                        cases.push_back({file, engine, s, effort.dt});
+                    }
                 }
             }
         }

@@ -17,7 +17,8 @@ struct BenchRequest {
     std::string engines;                // empty: Cairn and the adapters of this build
     std::vector<std::string> external;  // NAME=PATH
     std::string solvers, dt, substeps, iterations, residual_tolerances, tolerances;
-    int threads = 1;
+    std::string threads;          // Cairn's; empty: 1
+    bool work_precision = false;  // the scenes and steps that show orders of convergence
     bool sleep = false;
     bool quick = false;
     bool full = false;

@@ -1,6 +1,8 @@
 #include "apps/cli/bench/results.hpp"
 
+#include "apps/cli/bench/order.hpp"
 #include "apps/cli/options.hpp"
+#include "apps/cli/profile.hpp"
 #include "apps/cli/truth_parts.hpp"
 #include "apps/cli/truths/soundness.hpp"
 #include "engine/base/error.hpp"
@@ -42,17 +44,21 @@ Json to_json(const BenchRow& r) {
             {"dt_text", r.dt_text},
             {"substeps", r.substeps},
             {"iterations", r.iterations},
+            {"threads", r.threads},
             {"status", r.status},
             {"note", r.note},
             {"truth", r.truth},
             {"metric", r.metric},
             {"unit", r.unit},
             {"error", number(r.error)},
+            {"path_metric", r.path_metric},
+            {"path_error", number(r.path_error)},
             {"energy_gain", number(r.energy_gain)},
             {"steps", r.steps},
             {"contacts", r.contacts},
             {"walls_s", r.walls},
             {"step_medians_s", r.step_medians},
+            {"phases_s", r.phases},
             {"instructions", r.instructions},
             {"state_hash", r.state_hash},
             {"same_states", r.same_states},
@@ -73,23 +79,33 @@ BenchRow row_from(const Json& j) {
     r.dt_text = j.at("dt_text");
     r.substeps = j.at("substeps");
     r.iterations = j.at("iterations");
+    r.threads = j.value("threads", 1);
     r.status = j.at("status");
     r.note = j.at("note");
     r.truth = j.at("truth");
     r.metric = j.at("metric");
     r.unit = j.at("unit");
     r.error = number(j.at("error"));
+    r.path_metric = j.value("path_metric", "");
+    r.path_error = j.contains("path_error") ? number(j["path_error"]) : kNone;
     r.energy_gain = number(j.at("energy_gain"));
     r.steps = j.at("steps");
     r.contacts = j.at("contacts");
     r.walls = j.at("walls_s").get<std::vector<double>>();
     r.step_medians = j.at("step_medians_s").get<std::vector<double>>();
+    r.phases = j.value("phases_s", std::vector<double>{});
     r.instructions = j.value("instructions", 0.0);
     r.state_hash = j.at("state_hash");
     r.same_states = j.at("same_states");
     r.settings = j.at("settings");
     r.command = j.at("command");
     return r;
+}
+
+Json to_json(const Order& o) {
+    return {{"scene", o.scene}, {"engine", o.label},      {"metric", o.metric}, {"order", number(o.order)},
+            {"steps", o.steps}, {"coarsest", o.coarsest}, {"finest", o.finest}, {"overall", number(o.overall)},
+            {"note", o.note}};
 }
 
 Json to_json(const Machine& m) {
@@ -116,16 +132,41 @@ std::string csv_text(const std::string& text) {
     return out + '"';
 }
 
-std::string csv_of(const std::vector<const BenchRow*>& rows) {
+// The order of convergence of each row's series, of its path's where it has one: "" without.
+std::map<std::string, const Order*> orders_by_id(const std::vector<BenchRow>& rows, const std::vector<Order>& orders) {
+    std::map<std::string, const Order*> found;
+    for (const Order& order : orders) {
+        for (const BenchRow& row : rows) {
+            if (order.series == series_of(row)) found[row.id] = &order;
+        }
+    }
+    return found;
+}
+
+std::string csv_of(const std::vector<BenchRow>& rows, const std::vector<Order>& orders) {
     std::string text =
-        "scene,bodies,engine,version,precision,solver,dt,substeps,iterations,status,truth,metric,unit,error,energy_gain,steps,contacts,"
-        "wall_median_s,wall_spread,step_median_s,repeats,state_hash,same_states,note,settings,command\n";
-    for (const BenchRow* r : rows) {
-        text += fmt::format("{},{},{},{},{},{},{:.17g},{},{},{},{},{},{},{:.9g},{:.6g},{},{},{:.6g},{:.3g},{:.6g},{},{},{},{},{},{}\n",
-                            csv_text(r->scene), r->bodies, csv_text(r->engine), csv_text(r->version), r->precision, r->solver, r->dt,
-                            r->substeps, r->iterations, r->status, r->truth, csv_text(r->metric), r->unit, r->error, r->energy_gain,
-                            r->steps, r->contacts, r->wall_median(), r->spread(), r->step_median(), r->walls.size(), r->state_hash,
-                            r->same_states ? 1 : 0, csv_text(r->note), csv_text(r->settings), csv_text(r->command));
+        "scene,bodies,engine,version,precision,solver,dt,substeps,iterations,threads,status,truth,metric,unit,error,path_error,order,"
+        "order_of_steps,energy_gain,steps,contacts,wall_median_s,wall_spread,step_median_s,repeats,instructions";
+    for (const char* phase : phase_keys()) text += fmt::format(",{}_s", phase);
+    text += ",state_hash,same_states,note,settings,command\n";
+    const std::map<std::string, const Order*> order_of = orders_by_id(rows, orders);
+    for (const BenchRow& r : rows) {
+        const auto order = order_of.find(r.id);
+        text += fmt::format("{},{},{},{},{},{},{:.17g},{},{},{},{},{},{},{},{:.9g},{:.9g},", csv_text(r.scene), r.bodies,
+                            csv_text(r.engine), csv_text(r.version), r.precision, r.solver, r.dt, r.substeps, r.iterations, r.threads,
+                            r.status, r.truth, csv_text(r.metric), r.unit, r.error, r.path_error);
+        if (order == order_of.end()) {
+            text += ",,";
+        } else {
+            text += fmt::format("{:.4g},{},", order->second->order, csv_text(to_text(*order->second)));
+        }
+        text += fmt::format("{:.6g},{},{},{:.6g},{:.3g},{:.6g},{},{:.0f}", r.energy_gain, r.steps, r.contacts, r.wall_median(), r.spread(),
+                            r.step_median(), r.walls.size(), r.instructions);
+        for (std::size_t k = 0; k < phase_keys().size(); ++k) {
+            text += r.phases.size() == phase_keys().size() ? fmt::format(",{:.6g}", r.phases[k]) : std::string(",");
+        }
+        text += fmt::format(",{},{},{},{},{}\n", r.state_hash, r.same_states ? 1 : 0, csv_text(r.note), csv_text(r.settings),
+                            csv_text(r.command));
     }
     return text;
 }
@@ -189,7 +230,8 @@ void run_case(const BenchCase& c, double timeout, BenchRow& row) {
         row.steps = run.steps;
         row.contacts = run.contacts_max;
         row.state_hash = hash;
-        row.error = row.energy_gain = kNone;
+        row.threads = c.settings.threads;
+        row.error = row.path_error = row.energy_gain = kNone;
         const Truth truth = truth_of(scene);
         row.truth = to_string(truth.kind);
         if (run.status == RunStatus::kOk) {
@@ -203,6 +245,11 @@ void run_case(const BenchCase& c, double timeout, BenchRow& row) {
                 row.unit = error.unit;
                 row.error = error.value;
                 row.energy_gain = energy_gain(scene, run.history);
+                if (truth.path != nullptr) {
+                    const TruthError path = truth.path(scene, run.history);
+                    row.path_metric = path.what;
+                    row.path_error = path.value;
+                }
                 if (!error.failed.empty() && row.status == "ok") {
                     row.status = "failed";
                     row.note = error.failed;
@@ -214,6 +261,13 @@ void run_case(const BenchCase& c, double timeout, BenchRow& row) {
         row.walls.push_back(run.wall_total);
         row.step_medians.push_back(run.wall_median_step);
     }
+}
+
+void measure_phases(const BenchCase& c, double timeout, BenchRow& row) {
+    EngineSettings settings = c.settings;
+    settings.profile = true;
+    const EngineRun run = run_engine(c.engine, *c.file, settings, timeout);
+    if (run.status == RunStatus::kOk) row.phases = run.phases;
 }
 
 ResultFolder::ResultFolder(const std::string& path, const Machine& machine, bool mixed) : path_(path), machine_(machine) {
@@ -255,20 +309,23 @@ void ResultFolder::keep(const BenchRow& row) {
 
 void ResultFolder::finish(const std::vector<std::string>& order) const {
     if (path_.empty()) return;
-    std::vector<const BenchRow*> rows;
+    std::vector<BenchRow> rows;
     for (const std::string& id : order) {
-        if (const auto found = rows_.find(id); found != rows_.end()) rows.push_back(&found->second);
+        if (const auto found = rows_.find(id); found != rows_.end()) rows.push_back(found->second);
     }
     for (const auto& [id, row] : rows_) {
-        if (std::find(order.begin(), order.end(), id) == order.end()) rows.push_back(&row);
+        if (std::find(order.begin(), order.end(), id) == order.end()) rows.push_back(row);
     }
+    const std::vector<Order> orders = orders_of(rows);
     Json all;
     all["format"] = "cairn-bench/1";
     all["machine"] = to_json(machine_);
     all["rows"] = Json::array();
-    for (const BenchRow* row : rows) all["rows"].push_back(to_json(*row));
+    for (const BenchRow& row : rows) all["rows"].push_back(to_json(row));
+    all["orders"] = Json::array();
+    for (const Order& o : orders) all["orders"].push_back(to_json(o));
     write_file(fs::path(path_) / "results.json", all.dump(1, ' ', false, Json::error_handler_t::replace) + '\n');
-    write_file(fs::path(path_) / "results.csv", csv_of(rows));
+    write_file(fs::path(path_) / "results.csv", csv_of(rows, orders));
 }
 
 std::vector<BenchRow> read_result_file(const std::string& path, Machine& machine) {

@@ -17,14 +17,18 @@ struct BenchRow {
     int bodies = 0, precision = 64;
     double dt = 0;                     // [s]
     int substeps = 0, iterations = 0;  // 0: the engine's default
-    std::string status, note;          // ok, failed (of whatever kind), unsupported, crashed, timeout
-    std::string truth, metric, unit;   // kind of truth, what the error is of, its unit
-    double error = 0;                  // NaN: none
-    double energy_gain = 0;            // relative to the scene's scale
+    int threads = 1;
+    std::string status, note;         // ok, failed (of whatever kind), unsupported, crashed, timeout
+    std::string truth, metric, unit;  // kind of truth, what the error is of, its unit
+    double error = 0;                 // NaN: none
+    std::string path_metric;          // where the truth is an invariant and the true way is known too: what `path_error` is of
+    double path_error = 0;            // relative; NaN: none
+    double energy_gain = 0;           // relative to the scene's scale
     long steps = 0;
     int contacts = 0;
     std::vector<double> walls;         // [s] in the engine's steps, one a repeat
     std::vector<double> step_medians;  // [s]
+    std::vector<double> phases;        // [s] of one more run with the engine's clock on, by Phase, and the rest; empty: not measured
     double instructions = 0;           // of one run, counted by callgrind; 0: not counted
     std::string state_hash;            // of the first repeat
     bool same_states = true;           // of all repeats
@@ -36,6 +40,9 @@ struct BenchRow {
 
 // Runs a case once and adds what it gave to its row.
 void run_case(const BenchCase& c, double timeout, BenchRow& row);
+
+// One more run with the engine's own clock on, which costs time itself: fills `phases` alone.
+void measure_phases(const BenchCase& c, double timeout, BenchRow& row);
 
 // A folder of results: rows.jsonl (a line after each run, so that a broken benchmark goes on where it stopped), results.csv, results.json.
 class ResultFolder {

@@ -29,7 +29,9 @@ std::vector<std::string> distinct(const std::vector<BenchRow>& rows, Name name) 
 }  // namespace
 
 std::string label_of(const BenchRow& row) {
-    return row.solver.empty() || row.solver == "auto" ? row.engine : row.engine + " " + row.solver;
+    std::string label = row.solver.empty() || row.solver == "auto" ? row.engine : row.engine + " " + row.solver;
+    if (row.threads != 1) label += fmt::format(" {} threads", row.threads);
+    return label;
 }
 
 std::vector<std::string> scenes_of(const std::vector<BenchRow>& rows) {

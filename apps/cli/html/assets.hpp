@@ -16,6 +16,12 @@ p, li { max-width: 75ch; } .dim { color: var(--dim); font-size: .9rem; }
 .plots { display: grid; grid-template-columns: repeat(auto-fill, minmax(min(100%, 360px), 1fr)); gap: .75rem; }
 figure { margin: 0; padding: .5rem; background: var(--soft); border-radius: 8px; color: var(--ink); }
 figure svg { width: 100%; height: auto; display: block; } .wide svg { max-width: 1000px; }
+figcaption { font-size: .8rem; padding: .25rem; } .legend span { white-space: nowrap; margin-right: .75rem; font-size: .85rem; }
+.legend i { display: inline-block; width: .8em; height: .8em; margin-right: .3em; border-radius: 2px; }
+.phases { font-size: .85rem; font-variant-numeric: tabular-nums; columns: 2 30rem; column-gap: 2rem; }
+.phases > div { display: grid; grid-template-columns: minmax(7rem, 10rem) 1fr 5rem; gap: .5rem; align-items: center; break-inside: avoid; margin: .2rem 0; }
+.phases b { font-weight: normal; overflow-wrap: anywhere; } .phases span:last-child { text-align: right; }
+.bar { display: flex; height: 1rem; background: var(--soft); border-radius: 3px; overflow: hidden; } .bar i { flex: none; }
 .scroll { overflow-x: auto; max-height: 75vh; border: 1px solid var(--line); border-radius: 8px; }
 table { border-collapse: collapse; font-size: .85rem; width: 100%; font-variant-numeric: tabular-nums; }
 th, td { padding: .3rem .5rem; text-align: right; white-space: nowrap; border-bottom: 1px solid var(--line); }

@@ -1,7 +1,9 @@
 #include "apps/cli/html/page.hpp"
 
+#include "apps/cli/bench/order.hpp"
 #include "apps/cli/bench/verdict.hpp"
 #include "apps/cli/html/assets.hpp"
+#include "apps/cli/html/phases.hpp"
 #include "apps/cli/report.hpp"
 
 #include <fmt/format.h>
@@ -11,8 +13,6 @@
 #include <set>
 
 namespace cairn::cli {
-
-namespace {
 
 std::string escaped(const std::string& text) {
     std::string out;
@@ -36,6 +36,8 @@ std::string escaped(const std::string& text) {
     }
     return out;
 }
+
+namespace {
 
 std::string text_cell(const std::string& text, const char* kind = "t") {
     return fmt::format("<td class=\"{}\">{}</td>", kind, escaped(text));
@@ -61,10 +63,39 @@ std::string table(const char* id, const std::vector<Column>& columns, const std:
     return html + "</tr></thead><tbody>\n" + rows + "</tbody></table></div>\n";
 }
 
-std::string drawing(const ReportData& data, const std::string& name, const char* kind = "") {
+std::string drawing(const ReportData& data, const std::string& name, const char* kind = "", const std::string& caption = "") {
     const auto found = data.drawings.find(name);
     if (found == data.drawings.end()) return {};
-    return fmt::format("<figure{}>{}</figure>\n", *kind == '\0' ? "" : fmt::format(" class=\"{}\"", kind), found->second);
+    return fmt::format("<figure{}>{}{}</figure>\n", *kind == '\0' ? "" : fmt::format(" class=\"{}\"", kind), found->second,
+                       caption.empty() ? "" : "<figcaption>" + caption + "</figcaption>");
+}
+
+// The orders of convergence on a scene, below its panel.
+std::string orders_text(const std::vector<Order>& orders, const std::string& scene) {
+    std::string text;
+    for (const Order& o : orders) {
+        if (o.scene == scene)
+            text += fmt::format("<div><b>{}</b> {}{}</div>", escaped(o.label), std::isfinite(o.order) ? "order " : "", to_text(o));
+    }
+    return text;
+}
+
+std::string orders_table(const std::vector<Order>& orders) {
+    std::string rows;
+    for (const Order& o : orders) {
+        rows += "<tr>" + text_cell(o.scene) + text_cell(o.label) + number_cell(o.order, fmt::format("{:.2f}", o.order)) +
+                text_cell(o.coarsest.empty() ? "" : o.coarsest + " … " + o.finest) + text_cell(o.note) +
+                number_cell(o.overall, fmt::format("{:.2f}", o.overall)) + text_cell(o.metric) + "</tr>\n";
+    }
+    return table("orders",
+                 {{"scene", true},
+                  {"engine", true},
+                  {"order", false},
+                  {"over steps of [s]", true},
+                  {"beyond", true},
+                  {"over all", false},
+                  {"error of", true}},
+                 rows);
 }
 
 std::string machine_text(const Machine& m) {
@@ -75,7 +106,8 @@ std::string bench_table(const ReportData& data) {
     std::string rows;
     for (const BenchRow& r : data.rows) {
         rows += "<tr>" + text_cell(r.scene) + number_cell(r.bodies, std::to_string(r.bodies)) + text_cell(label_of(r)) +
-                number_cell(r.dt, r.dt_text) + count_cell(r.substeps) + count_cell(r.iterations);
+                number_cell(r.dt, r.dt_text) + count_cell(r.substeps) + count_cell(r.iterations) +
+                number_cell(r.threads, std::to_string(r.threads));
         rows += r.walls.empty() ? "<td data-v=\"NaN\">–</td><td data-v=\"NaN\">–</td><td data-v=\"NaN\">–</td>"
                                 : number_cell(r.wall_median(), readable_time(r.wall_median())) +
                                       number_cell(r.step_median(), readable_time(r.step_median())) +
@@ -93,6 +125,7 @@ std::string bench_table(const ReportData& data) {
                   {"dt [s]", false},
                   {"substeps", false},
                   {"iterations", false},
+                  {"threads", false},
                   {"run", false},
                   {"per step", false},
                   {"spread", false},
@@ -177,9 +210,21 @@ std::string report_page(const ReportData& data) {
     for (const std::string& line : settings_lines(data)) html += "<li>" + escaped(line) + "</li>\n";
     html += "</ul>\n<h2>Work against precision</h2>\n";
     if (data.drawings.empty()) html += "<p>No gnuplot was found: the plots are left out.</p>\n";
+    const std::vector<Order> orders = orders_of(data.rows);
+    if (!orders.empty()) {
+        html += fmt::format(
+            "<p>Orders of convergence p, error ~ dt<sup>p</sup>: over the steps along which the error falls, above {:.0e}.</p>\n",
+            kOrderFloor);
+    }
     html += "<div class=\"plots\">\n";
-    for (const std::string& scene : scenes) html += drawing(data, "scene-" + scene);
-    html += "</div>\n<h2>Scaling</h2>\n<div class=\"wide\">" + drawing(data, "scaling", "wide") + "</div>\n";
+    for (const std::string& scene : scenes_of(with_paths(data.rows)))
+        html += drawing(data, "scene-" + scene, "", orders_text(orders, scene));
+    html += "</div>\n";
+    if (!orders.empty()) html += "<h2>Orders of convergence</h2>\n" + orders_table(orders);
+    html += "<h2>Scaling</h2>\n<div class=\"wide\">" + drawing(data, "scaling", "wide") + drawing(data, "threads", "wide") + "</div>\n";
+    if (const std::string bars = phase_bars(data.rows); !bars.empty()) {
+        html += "<h2>Where the time goes</h2>\n<p>Cairn's step of 1/60 s by its stages, from one more run with its clock on.</p>\n" + bars;
+    }
     if (!data.stress.empty()) {
         html += "<h2>Limits of stability</h2>\n<div class=\"wide\">" + drawing(data, "stress", "wide") + "</div>\n" + stress_table(data);
     }
@@ -224,6 +269,10 @@ std::string report_markdown(const ReportData& data, const std::string& figures) 
         for (const std::string& label : labels) md += " " + cells[label] + " |";
         md += "\n";
     }
+    if (const std::vector<Order> orders = orders_of(data.rows); !orders.empty()) {
+        md += "\n### Orders of convergence\n\n| scene | engine | order | error of |\n| --- | --- | --- | --- |\n";
+        for (const Order& o : orders) md += fmt::format("| {} | {} | {} | {} |\n", o.scene, o.label, to_text(o), o.metric);
+    }
     if (!data.stress.empty()) {
         std::vector<std::string> limits, engines;
         std::map<std::pair<std::string, std::string>, const StressRow*> at;
@@ -244,8 +293,8 @@ std::string report_markdown(const ReportData& data, const std::string& figures) 
                 cells += fmt::format(" {} |", found == at.end() ? "" : held(found->second->result));
                 if (found != at.end()) any = found->second;
             }
-            md += fmt::format("\n| {} | {}{} | {} |{}", limit, any->what, any->unit.empty() ? "" : fmt::format(" [{}]", any->unit), any->criterion,
-                              cells);
+            md += fmt::format("\n| {} | {}{} | {} |{}", limit, any->what, any->unit.empty() ? "" : fmt::format(" [{}]", any->unit),
+                              any->criterion, cells);
         }
         md += "\n";
     }

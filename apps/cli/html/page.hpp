@@ -14,8 +14,11 @@ struct ReportData {
     std::vector<BenchRow> rows;
     std::vector<Machine> machines;
     std::vector<StressRow> stress;
-    std::map<std::string, std::string> drawings;  // SVG; "scene-NAME" for each scene, "scaling", "stress"; may be empty
+    std::map<std::string, std::string> drawings;  // SVG; "scene-NAME" for each scene, "scaling", "threads", "stress"; may be empty
 };
+
+// With <, >, & and " as HTML wants them.
+std::string escaped(const std::string& text);
 
 std::string report_page(const ReportData& data);
 

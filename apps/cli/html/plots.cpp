@@ -1,5 +1,6 @@
 #include "apps/cli/html/plots.hpp"
 
+#include "apps/cli/bench/order.hpp"
 #include "apps/cli/bench/verdict.hpp"
 #include "engine/base/error.hpp"
 
@@ -12,6 +13,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <map>
 
 namespace cairn::cli {
 
@@ -153,6 +155,43 @@ std::string scaling_script(const std::vector<BenchRow>& rows, const std::vector<
     if (plots.empty()) return {};
     script +=
         "set title 'All scenes, steps of 1/60 s'\nset xlabel 'bodies'\nset ylabel 'median step [ms]'\nset logscale xy\nset format '%g'\n";
+    plot_lines(script, plots);
+    return script;
+}
+
+std::string threads_script(const std::vector<BenchRow>& rows) {
+    constexpr std::size_t kMostLines = 8;
+    // Rows on several threads beside the one that differs from them in nothing else.
+    std::map<const BenchRow*, std::vector<const BenchRow*>> lines;
+    for (const BenchRow& one : rows) {
+        if (one.threads != 1 || one.engine != "cairn" || one.wall_median() <= 0 || one.dt_text != "1/60") continue;
+        for (const BenchRow& other : rows) {
+            if (other.threads > 1 && other.wall_median() > 0 && id_without(other, "threads") == id_without(one, "threads"))
+                lines[&one].push_back(&other);
+        }
+    }
+    std::vector<const BenchRow*> longest;
+    for (const auto& [one, others] : lines) longest.push_back(one);
+    std::sort(longest.begin(), longest.end(), [](const BenchRow* a, const BenchRow* b) { return a->step_median() > b->step_median(); });
+    if (longest.size() > kMostLines) longest.resize(kMostLines);
+    if (longest.empty()) return {};
+    std::string script = kCommon;
+    std::vector<std::string> plots;
+    for (std::size_t k = 0; k < longest.size(); ++k) {
+        const BenchRow& one = *longest[k];
+        std::vector<const BenchRow*> points = lines[&one];
+        points.push_back(&one);
+        std::sort(points.begin(), points.end(), [](const BenchRow* a, const BenchRow* b) { return a->threads < b->threads; });
+        script += fmt::format("$line{} << EOD\n", k);
+        for (const BenchRow* p : points) script += fmt::format("{} {:.4g}\n", p->threads, one.wall_median() / p->wall_median());
+        script += "EOD\n";
+        plots.push_back(fmt::format("$line{0} using 1:2 with linespoints pt 7 ps 0.6 lw 1.4 lc rgb '{1}' title {2}", k, colour(k),
+                                    gnuplot_text(one.scene)));
+    }
+    script +=
+        "set title 'Speed-up over threads, the scenes with the longest steps of 1/60 s'\nset xlabel 'threads'\nset ylabel 'time on one / "
+        "time'\n"
+        "set key above horizontal maxrows 2\nset xtics 1\nset yrange [0:]\nset offsets 0.1, 0.1, 0, 0\n";
     plot_lines(script, plots);
     return script;
 }

@@ -16,9 +16,11 @@ bool can_plot();
 // Scripts: each sets everything but the terminal and the output.
 //   work-precision  a scene's error over the time of a run, both logarithmic; a line for each engine or solver; the Pareto front marked
 //   scaling         time of a step over bodies
+//   threads         speed-up over Cairn's threads, of the scenes with the longest steps; empty without runs on several
 //   stress          the share of each ladder that is held
 std::string work_precision_script(const std::vector<BenchRow>& rows, const std::string& scene, const std::vector<std::string>& labels);
 std::string scaling_script(const std::vector<BenchRow>& rows, const std::vector<std::string>& labels);
+std::string threads_script(const std::vector<BenchRow>& rows);
 std::string stress_script(const std::vector<StressRow>& rows);
 
 struct Size {

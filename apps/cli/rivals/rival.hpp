@@ -41,6 +41,8 @@ public:
     virtual void states(std::vector<BodyState>& out) const = 0;
 
     virtual int contacts() const = 0;  // points in the last step (of the last substep where there are several)
+
+    virtual std::vector<double> phases() const { return {}; }  // [s] so far in each stage of its step, where it measures them
 };
 
 }  // namespace cairn::cli

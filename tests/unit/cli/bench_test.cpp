@@ -61,6 +61,28 @@ TEST_CASE("a plan crosses what is asked for, and shards share it without overlap
     CHECK_THROWS_AS(plan_cases(r), Error);
 }
 
+TEST_CASE("the set for work against precision has its scenes and seven halved steps; threads are crossed for Cairn alone") {
+    BenchRequest r;
+    r.work_precision = true;
+    r.engines = "cairn";
+    std::set<std::string> scenes, steps;
+    for (const BenchCase& c : plan_cases(r)) {
+        scenes.insert(c.file->scene.name);
+        steps.insert(c.dt);
+    }
+    for (const char* name : {"torque_free", "top", "pendulum", "double_pendulum", "chain_10", "slide_stop", "tip", "bounce", "stack_20"})
+        CHECK(scenes.count(name) == 1);
+    CHECK(scenes.count("pile_100") == 0);
+    CHECK(steps.size() == 7);
+    r.filter = "tip";
+    r.dt = "1/60";
+    r.threads = "1,2";
+    r.external = {"other=/bin/true"};
+    CHECK(plan_cases(r).size() == 2 + 1);
+    r.threads = "0";
+    CHECK_THROWS_AS(plan_cases(r), Error);
+}
+
 TEST_CASE("a case's command names its engine, step and solver") {
     BenchRequest r;
     r.scenes = {"stack_5"};

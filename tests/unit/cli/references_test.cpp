@@ -115,6 +115,26 @@ TEST_CASE("references of every joint keep energy and hold together") {
     }
 }
 
+TEST_CASE("the start of a chain is compared over its first second alone") {
+    Scene s;
+    s.bodies = {box({0.3, 0.2, 0.1}, {0.5, 0, 0})};
+    s.joints = {joint(JointType::kBall, Vec3::Zero(), 0)};
+    History h;
+    h.t = times(2, 20);
+    h.states = mechanism_reference(s, h.t);
+    const auto off_at = [&](Real t) {
+        History moved = h;
+        for (std::size_t k = 0; k < h.t.size(); ++k) {
+            if (std::abs(h.t[k] - t) < 1e-9) moved.states[k][0].position.x() += 0.1;
+        }
+        return reference_start(s, moved).value;
+    };
+    // 0.1 m at one of eleven samples, relative to the arm of 0.5 m.
+    CHECK(off_at(1) == Approx(0.1 / 0.5 / std::sqrt(11.0)));
+    CHECK(off_at(1.1) < 1e-15);
+    CHECK(reference_position(s, h).value < 1e-15);
+}
+
 TEST_CASE("a box that tips follows the equation of its one angle") {
     // Small turn back and forth about the edge is not harmonic; but the time it takes to the top is known from the energy: the box stands
     // still at φ where ½ ω² I = m g R (cos φ − cos φ₀), and comes back with the speed that it left with.
