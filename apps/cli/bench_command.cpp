@@ -165,6 +165,7 @@ int bench(Arguments& a) {
     for (const std::string& win : wins_of_others(copies)) fmt::print("{}\n", win);
     print_table(rows);
     print_orders(copies);
+    for (const std::string& line : curves_compared(with_paths(copies))) fmt::print("{}\n", line);
     print_settings(rows);
     if (!a.out.empty()) fmt::print("results: {0}/results.csv, {0}/results.json; a page with plots: cairn report {0}\n", a.out);
     const int compared = a.compare.empty() ? static_cast<int>(kSuccess) : print_comparison(a, copies);

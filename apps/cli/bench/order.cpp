@@ -106,13 +106,6 @@ Order order_of_series(const std::string& series, const Points& points) {
 
 }  // namespace
 
-std::string id_without(const BenchRow& row, const std::string& key) {
-    std::string id = row.id;
-    const std::size_t at = id.find(' ' + key + '=');
-    if (at != std::string::npos) id.erase(at, std::min(id.find(' ', at + 1), id.size()) - at);
-    return id;
-}
-
 std::string series_of(const BenchRow& row) {
     return row.scene + " |" + id_without(row, "dt");
 }

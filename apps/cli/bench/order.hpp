@@ -20,9 +20,6 @@ struct Order {
     std::string note;              // what is beyond them, or why there is no order
 };
 
-// A row's id without what it says of one key, as "threads" in "… threads=2 …".
-std::string id_without(const BenchRow& row, const std::string& key);
-
 // Names everything that a case asks for but its step.
 std::string series_of(const BenchRow& row);
 

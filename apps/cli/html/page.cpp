@@ -216,6 +216,11 @@ std::string report_page(const ReportData& data) {
             "<p>Orders of convergence p, error ~ dt<sup>p</sup>: over the steps along which the error falls, above {:.0e}.</p>\n",
             kOrderFloor);
     }
+    if (const std::vector<std::string> curves = curves_compared(with_paths(data.rows)); !curves.empty()) {
+        html += "<ul>\n";
+        for (const std::string& line : curves) html += "<li>" + escaped(line) + "</li>\n";
+        html += "</ul>\n";
+    }
     html += "<div class=\"plots\">\n";
     for (const std::string& scene : scenes_of(with_paths(data.rows)))
         html += drawing(data, "scene-" + scene, "", orders_text(orders, scene));
@@ -272,6 +277,10 @@ std::string report_markdown(const ReportData& data, const std::string& figures) 
     if (const std::vector<Order> orders = orders_of(data.rows); !orders.empty()) {
         md += "\n### Orders of convergence\n\n| scene | engine | order | error of |\n| --- | --- | --- | --- |\n";
         for (const Order& o : orders) md += fmt::format("| {} | {} | {} | {} |\n", o.scene, o.label, to_text(o), o.metric);
+    }
+    if (const std::vector<std::string> curves = curves_compared(with_paths(data.rows)); !curves.empty()) {
+        md += "\n### Curves of error over time\n\n";
+        for (const std::string& line : curves) md += "- " + line + "\n";
     }
     if (!data.stress.empty()) {
         std::vector<std::string> limits, engines;

@@ -1,6 +1,5 @@
 #include "apps/cli/html/plots.hpp"
 
-#include "apps/cli/bench/order.hpp"
 #include "apps/cli/bench/verdict.hpp"
 #include "engine/base/error.hpp"
 

@@ -1,5 +1,6 @@
 // Orders of convergence and what a report makes of them.
 #include "apps/cli/bench/order.hpp"
+#include "apps/cli/bench/verdict.hpp"
 #include "apps/cli/html/page.hpp"
 #include "apps/cli/html/plots.hpp"
 #include "apps/cli/profile.hpp"
@@ -126,4 +127,30 @@ TEST_CASE("the page shows orders, threads and the stages of steps") {
     CHECK(page.find("<b>s, 2 threads</b>") != std::string::npos);
     CHECK(threads_script(data.rows).find("1 1\n2 2\n") != std::string::npos);
     CHECK(report_markdown(data, "").find("| s | cairn | 4.0 over 1/30 … 1/120 | position |") != std::string::npos);
+}
+
+TEST_CASE("another engine leads where it is as accurate in less time than Cairn's line needs") {
+    std::vector<BenchRow> rows = series({1e-2, 1e-4, 1e-6});
+    for (std::size_t k = 0; k < 3; ++k) rows[k].walls = {1e-3 * std::pow(10.0, static_cast<double>(k))};
+    const auto other = [&rows](double wall, double error) {
+        std::vector<BenchRow> all = rows;
+        for (BenchRow r : rows) {
+            r.engine = "other";
+            r.id.replace(2, 5, "other");
+            r.error = error;
+            r.walls = {wall};
+            all.push_back(r);
+        }
+        return leads_of_others(all, "s");
+    };
+    // Halfway between the logarithms of two points, 1e-3 takes √10 ms.
+    CHECK(other(1.01e-3 * std::sqrt(10.0), 1e-3).empty());
+    REQUIRE(other(0.5e-3 * std::sqrt(10.0), 1e-3).size() == 3);
+    CHECK(other(0.5e-3 * std::sqrt(10.0), 1e-3)[0].factor == Approx(2));
+    CHECK(!other(0.5e-3 * std::sqrt(10.0), 1e-3)[0].cheapest);
+    CHECK(other(0.5e-3, 1)[0].cheapest);
+    CHECK(!std::isfinite(other(1, 1e-8)[0].factor));
+    // Below the floor all errors are one.
+    for (BenchRow& r : rows) r.error *= 1e-4;
+    CHECK(other(0.2, 1e-14).empty());
 }
