@@ -12,27 +12,29 @@ namespace {
 // Manifolds are asked for with some margin to spare, so that a reach that grows by a hair does not end their reuse.
 constexpr Real kSpare = 1.25;
 
-void count_query(StepProfile& profile, ShapeType a, ShapeType b, std::uint64_t fcl_calls) {
+void count_query(NarrowWorkspace& work, ShapeType a, ShapeType b, std::uint64_t fcl_calls) {
     const int low = static_cast<int>(std::min(a, b)), high = static_cast<int>(std::max(a, b));
-    ++profile.queries_of[low][high];
-    profile.fcl_calls_of[low][high] += static_cast<std::uint32_t>(fcl_calls);
+    ++work.queries_of[low][high];
+    work.fcl_calls_of[low][high] += static_cast<std::uint32_t>(fcl_calls);
 }
 
 Transform relative_pose(const Transform& X_WA, const Transform& X_WB) {
     return {X_WA.R.transpose() * X_WB.R, X_WA.to_local(X_WB.p)};
 }
 
-void ask_narrow_phase(WorldData& world, Contact& c, const Transform& X_WA, const Transform& X_WB, Real margin, NarrowStats& stats) {
+void ask_narrow_phase(const WorldData& world, NarrowWorkspace& work, Contact& c, const Transform& X_WA, const Transform& X_WB,
+                      Real margin) {
     const ShapeRecord &a = world.shapes[c.shape_a], &b = world.shapes[c.shape_b];
-    world.fresh.clear();
-    const std::uint64_t calls_before = stats.fcl_calls;
-    const NarrowResult result = collide_shapes({&a.shape, X_WA * a.X_BS}, {&b.shape, X_WB * b.X_BS}, margin, c.cache, world.fresh, stats);
-    if (world.clock.on()) count_query(world.clock.profile(), a.shape.type, b.shape.type, stats.fcl_calls - calls_before);
+    work.fresh.clear();
+    const std::uint64_t calls_before = work.stats.fcl_calls;
+    const NarrowResult result =
+        collide_shapes({&a.shape, X_WA * a.X_BS}, {&b.shape, X_WB * b.X_BS}, margin, c.cache, work.fresh, work.stats);
+    if (world.clock.on()) count_query(work, a.shape.type, b.shape.type, work.stats.fcl_calls - calls_before);
     if (result == NarrowResult::kFailed) {  // the last manifold stays, at the present poses
         ContactStore::refresh(c, X_WA, X_WB);
         return;
     }
-    ContactStore::replace(c, world.fresh.data(), static_cast<int>(world.fresh.size()), X_WA, X_WB);
+    ContactStore::replace(c, work.fresh.data(), static_cast<int>(work.fresh.size()), X_WA, X_WB);
     if (c.manifold_count > 0) c.X_AB_query = relative_pose(X_WA, X_WB);
     c.query_margin = margin;
     c.fresh = false;
@@ -47,79 +49,187 @@ bool are_apart(const ShapeMotion& a, const ShapeMotion& b, Real margin) {
     return between.squaredNorm() >= reach * reach;  // false where there is no ball
 }
 
-const ShapeMotion& motion_of(WorldData& world, std::uint32_t shape, std::uint32_t body, Real dt) {
-    const ShapeMotion& motion = world.motions[shape];
-    if (motion.step != world.motion_step && motion.step != ShapeMotion::kStatic) note_motion(world, world.bodies[body], dt);
+// A contact of which nothing moves is left as it was, and not looked at.
+bool rests(const WorldData& world, const Contact& c) {
+    return !c.fresh && !may_move(world.bodies[c.body_a]) && !may_move(world.bodies[c.body_b]);
+}
+
+void count_contact(NarrowWorkspace& work, const Contact& c) {
+    work.manifolds += static_cast<std::uint32_t>(c.manifold_count);
+    work.points += static_cast<std::uint32_t>(c.point_count);
+    work.max_penetration = std::max(work.max_penetration, c.deepest);
+}
+
+void pass_over(const WorldData& world, NarrowWorkspace& work, const Contact& c) {
+    work.reused += static_cast<std::uint32_t>(c.manifold_count);
+    if (!is_moving(world.bodies[c.body_a]) && !is_moving(world.bodies[c.body_b])) work.has_stopped = true;
+    count_contact(work, c);
+}
+
+ShapeMotion motion_of(const WorldData& world, std::uint32_t shape, Real dt) {
+    const ShapeRecord& record = world.shapes[shape];
+    const Body& body = world.bodies[record.body];
+    ShapeMotion motion = world.motions[shape];  // for its ball
+    motion.v = body.v;
+    motion.reach = reach_without_way(world, body, record, dt);
+    motion.moves = is_moving(body);
+    motion.step = body.type == BodyType::kStatic ? ShapeMotion::kStatic : world.motion_step;
+    if (record.shape.type != ShapeType::kPlane) {
+        motion.tight = shape_aabb(record.shape, body.transform() * record.X_BS);
+    } else {
+        motion.tight.hi = Vec3::Constant(std::numeric_limits<Real>::infinity());
+        motion.tight.lo = -motion.tight.hi;
+    }
     return motion;
 }
 
-// Says whether any of it moves.
-bool update_contact(WorldData& world, Contact& c, Real dt, NarrowStats& stats, StepReport& report) {
-    Body &a = world.bodies[c.body_a], &b = world.bodies[c.body_b];
-    if (!c.fresh && !may_move(a) && !may_move(b)) {
-        report.manifolds_reused += static_cast<std::uint32_t>(c.manifold_count);
-        return is_moving(a) || is_moving(b);
+bool has_motion(const WorldData& world, std::uint32_t shape) {
+    const std::uint32_t step = world.motions[shape].step;
+    return step == world.motion_step || step == ShapeMotion::kStatic;
+}
+
+// The noted motion, or one that is made in `own`.
+const ShapeMotion& find_motion(const WorldData& world, std::uint32_t shape, ShapeMotion& own, Real dt) {
+    if (has_motion(world, shape)) return world.motions[shape];
+    own = motion_of(world, shape, dt);
+    return own;
+}
+
+// One that does not rest. Writes the contact, and the workspace.
+void update_contact(const WorldData& world, NarrowWorkspace& work, Contact& c, std::uint32_t slot, const ShapeMotion& motion_a,
+                    const ShapeMotion& motion_b, Real dt) {
+    ++work.updated;
+    const Body &a = world.bodies[c.body_a], &b = world.bodies[c.body_b];
+    if (c.held) {
+        c.held = false;
+        work.released.push_back(slot);
     }
-    if (c.held) c.held = a.stands = b.stands = false;
-    const ShapeMotion &motion_a = motion_of(world, c.shape_a, c.body_a, dt), &motion_b = motion_of(world, c.shape_b, c.body_b, dt);
     const Real margin = pair_margin(motion_a, motion_b, dt), wide_margin = kSpare * margin;
     if (are_apart(motion_a, motion_b, wide_margin)) {
         ContactStore::clear(c);
         c.fresh = false;
-        return true;
+        return;
     }
     const Transform X_WA = a.transform(), X_WB = b.transform();
     if (ContactStore::always_holds(c) ||
         (ContactStore::may_be_reusable(c, margin) && ContactStore::is_reusable(c, relative_pose(X_WA, X_WB), margin))) {
         ContactStore::refresh(c, X_WA, X_WB);
-        ++report.manifolds_reused;
+        ++work.reused;
     } else {
-        ask_narrow_phase(world, c, X_WA, X_WB, wide_margin, stats);
+        ask_narrow_phase(world, work, c, X_WA, X_WB, wide_margin);
     }
-    return true;
+    count_contact(work, c);
 }
 
-}  // namespace
-
-void note_motion(WorldData& world, const Body& body, Real dt) {
-    const Transform X_WB = body.transform();
-    const bool moves = is_moving(body);
-    for (std::uint32_t s = body.shape_begin; s < body.shape_begin + body.shape_count; ++s) {
-        const ShapeRecord& record = world.shapes[s];
-        ShapeMotion& motion = world.motions[s];
-        motion.v = body.v;
-        motion.reach = reach_without_way(world, body, record, dt);
-        motion.moves = moves;
-        motion.step = body.type == BodyType::kStatic ? ShapeMotion::kStatic : world.motion_step;
-        if (record.shape.type != ShapeType::kPlane) {
-            motion.tight = shape_aabb(record.shape, X_WB * record.X_BS);
-        } else {
-            motion.tight.hi = Vec3::Constant(std::numeric_limits<Real>::infinity());
-            motion.tight.lo = -motion.tight.hi;
-        }
-    }
-}
-
-void update_contacts(WorldData& world, Real dt, StepReport& report) {
-    NarrowStats stats;
-    refresh_active(world);
-    if (++world.motion_step == ShapeMotion::kStatic) world.motion_step = 0;
+// All on this thread, in one pass.
+void update_in_turn(WorldData& world, Real dt) {
+    NarrowWorkspace& work = world.narrow.front();
     std::vector<Contact>& contacts = world.contacts.slots();
     const std::vector<std::uint32_t>& slots = world.active.contacts.numbers();
     for (std::size_t k = 0; k < slots.size(); ++k) {
         if (k + kPrefetchAhead < slots.size()) prefetch_manifold(contacts[slots[k + kPrefetchAhead]]);
         Contact& c = contacts[slots[k]];
-        if (!update_contact(world, c, dt, stats, report)) world.active.has_stopped = true;
-        report.manifolds += static_cast<std::uint32_t>(c.manifold_count);
-        report.contacts += static_cast<std::uint32_t>(c.point_count);
-        report.max_penetration = std::max(report.max_penetration, c.deepest);
+        if (rests(world, c)) {
+            pass_over(world, work, c);
+            continue;
+        }
+        if (!has_motion(world, c.shape_a)) note_motion(world, world.bodies[c.body_a], dt);
+        if (!has_motion(world, c.shape_b)) note_motion(world, world.bodies[c.body_b], dt);
+        update_contact(world, work, c, slots[k], world.motions[c.shape_a], world.motions[c.shape_b], dt);
     }
+}
+
+// The motions of all that moves and touches something.
+void note_motions(WorldData& world, Real dt) {
+    constexpr std::size_t kPiece = 64;
+    const std::vector<std::uint32_t>& bodies = world.active.bodies.numbers();
+    for_pieces(world.team, bodies.size(), kPiece, [&](std::size_t begin, std::size_t end, int) {
+        for (std::size_t k = begin; k < end; ++k)
+            if (may_move(world.bodies[bodies[k]]) && world.active.contact_links.has_any(bodies[k]))
+                note_motion(world, world.bodies[bodies[k]], dt);
+    });
+    for (const std::uint32_t i : world.active.kinematic.numbers())
+        if (is_moving(world.bodies[i])) note_motion(world, world.bodies[i], dt);
+}
+
+// In pieces: a contact's update reads bodies and motions, which stay as they are meanwhile, and writes that contact.
+void update_side_by_side(WorldData& world, Real dt) {
+    constexpr std::size_t kPiece = 32;
+    note_motions(world, dt);
+    std::vector<Contact>& contacts = world.contacts.slots();
+    const std::vector<std::uint32_t>& slots = world.active.contacts.numbers();
+    for_pieces(world.team, slots.size(), kPiece, [&](std::size_t begin, std::size_t end, int worker) {
+        NarrowWorkspace& work = world.narrow[worker];
+        for (std::size_t k = begin; k < end; ++k) {
+            if (k + kPrefetchAhead < end) prefetch_manifold(contacts[slots[k + kPrefetchAhead]]);
+            Contact& c = contacts[slots[k]];
+            if (rests(world, c)) {
+                pass_over(world, work, c);
+                continue;
+            }
+            // What does not move may have no motion noted; then it is made here, and not kept, since others may be about to do the same.
+            ShapeMotion own_a, own_b;
+            update_contact(world, work, c, slots[k], find_motion(world, c.shape_a, own_a, dt), find_motion(world, c.shape_b, own_b, dt),
+                           dt);
+        }
+    });
+}
+
+// Sums and the largest: the same whoever updated what.
+void take_report(WorldData& world, NarrowWorkspace& work, StepReport& report) {
+    report.manifolds += work.manifolds;
+    report.contacts += work.points;
+    report.manifolds_reused += work.reused;
+    report.max_penetration = std::max(report.max_penetration, work.max_penetration);
+    report.narrow_queries += work.stats.queries;
+    report.fcl_calls += work.stats.fcl_calls;
+    report.fcl_failures += work.stats.failures;
+    world.active.has_stopped |= work.has_stopped;
+    world.contacts_updated += work.updated;
+    if (world.clock.on()) {
+        StepProfile& profile = world.clock.profile();
+        profile.separating_axis_hits += static_cast<std::uint32_t>(work.stats.separating_axis_hits);
+        for (int a = 0; a < kShapeTypes; ++a)
+            for (int b = 0; b < kShapeTypes; ++b) {
+                profile.queries_of[a][b] += work.queries_of[a][b];
+                profile.fcl_calls_of[a][b] += work.fcl_calls_of[a][b];
+            }
+    }
+    // What stood beside something that moved stands no more. Not noted before: who stands must not depend on which contact comes first.
+    for (const std::uint32_t slot : work.released) {
+        const Contact& c = world.contacts.slots()[slot];
+        world.bodies[c.body_a].stands = world.bodies[c.body_b].stands = false;
+    }
+    work.clear();
+}
+
+}  // namespace
+
+void NarrowWorkspace::clear() {
+    stats = {};
+    manifolds = points = reused = updated = 0;
+    max_penetration = 0;
+    has_stopped = false;
+    released.clear();
+    std::fill_n(&queries_of[0][0], kShapeTypes * kShapeTypes, 0u);
+    std::fill_n(&fcl_calls_of[0][0], kShapeTypes * kShapeTypes, 0u);
+}
+
+void note_motion(WorldData& world, const Body& body, Real dt) {
+    for (std::uint32_t s = body.shape_begin; s < body.shape_begin + body.shape_count; ++s) world.motions[s] = motion_of(world, s, dt);
+}
+
+void update_contacts(WorldData& world, Real dt, StepReport& report) {
+    refresh_active(world);
+    if (++world.motion_step == ShapeMotion::kStatic) world.motion_step = 0;
+    if (world.team != nullptr)
+        update_side_by_side(world, dt);
+    else
+        update_in_turn(world, dt);
+    world.contacts_updated = 0;
+    for (NarrowWorkspace& work : world.narrow) take_report(world, work, report);
     report.manifolds += world.active.quiet_manifolds;
     report.contacts += world.active.quiet_points;
-    report.narrow_queries = stats.queries;
-    report.fcl_calls = stats.fcl_calls;
-    report.fcl_failures = stats.failures;
-    if (world.clock.on()) world.clock.profile().separating_axis_hits = static_cast<std::uint32_t>(stats.separating_axis_hits);
     world.clock.lap(Phase::kNarrowPhase);
 }
 

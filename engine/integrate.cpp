@@ -89,11 +89,10 @@ bool move_falling(Body& body, const Vec3& fall, const Vec3& gain, Real dt, StepR
 void move_free_bodies(WorldData& world, Real dt, StepReport& report) {
     const Vec3 fall = (0.5 * dt * dt) * world.settings.gravity, gain = dt * world.settings.gravity;
     const std::vector<std::uint32_t>& bodies = world.active.bodies.numbers();
-    constexpr int kChunk = 256;
-    const int count = static_cast<int>(bodies.size());
-    run_tasks(world.tasks.get(), (count + kChunk - 1) / kChunk, [&](int chunk, int worker) {
+    constexpr std::size_t kPiece = 256;
+    for_pieces(world.team, bodies.size(), kPiece, [&](std::size_t begin, std::size_t end, int worker) {
         IslandWorkspace& work = world.workspaces[worker];
-        for (int k = chunk * kChunk; k < std::min(count, (chunk + 1) * kChunk); ++k) {
+        for (std::size_t k = begin; k < end; ++k) {
             Body& body = world.bodies[bodies[k]];
             if (!body.is_awake() || world.islands.is_member(bodies[k])) continue;
             ++work.report.free_bodies;

@@ -48,6 +48,7 @@ public:
     bool contains(std::uint32_t edge) const {
         return edge < edges_.size() && (edges_[edge].body[0] != kNoEnd || edges_[edge].body[1] != kNoEnd);
     }
+    bool has_any(std::uint32_t body) const { return body < heads_.size() && heads_[body] != kNoEnd; }
     // The bodies of a linked edge.
     const std::array<std::uint32_t, 2>& bodies(std::uint32_t edge) const { return edges_[edge].body; }
 

@@ -410,9 +410,10 @@ void solve_islands(WorldData& world, Real dt, StepReport& report) {
     // Impulses of a substep scale with its length. Those of a far shorter one are rounding noise, which would be made great.
     constexpr Real kMostGrowth = 1e3;
     const Real growth = world.last_dt > 0 ? dt / world.last_dt : 1, scale = growth > kMostGrowth ? 0 : growth;
-    PhaseClock* const clock = world.tasks == nullptr ? &world.clock : nullptr;  // it has one hand
-    run_tasks(world.tasks.get(), world.islands.count(),
-              [&](int index, int worker) { step_island(world, world.workspaces[worker], index, dt, scale, clock); });
+    PhaseClock* const clock = world.team == nullptr ? &world.clock : nullptr;  // it has one hand
+    for_pieces(world.team, static_cast<std::size_t>(world.islands.count()), 1, [&](std::size_t begin, std::size_t end, int worker) {
+        for (std::size_t k = begin; k < end; ++k) step_island(world, world.workspaces[worker], static_cast<int>(k), dt, scale, clock);
+    });
     world.clock.lap(Phase::kSolve);
     SiReport solved;
     for (IslandWorkspace& work : world.workspaces) take_report(world, work, solved, report);

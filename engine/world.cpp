@@ -45,6 +45,7 @@ World::World(const WorldSettings& settings) {
     impl_->data.settings = settings;
     impl_->data.tasks = settings.tasks ? settings.tasks : make_task_system(settings.threads);
     impl_->data.workspaces.resize(impl_->data.tasks ? impl_->data.tasks->workers() : 1);
+    impl_->data.narrow.resize(impl_->data.workspaces.size());
 }
 World::~World() = default;
 World::World(World&&) noexcept = default;

@@ -4,6 +4,7 @@
 #include "collision/broad_phase.hpp"
 #include "collision/narrow_phase.hpp"
 #include "engine/active.hpp"
+#include "engine/base/team.hpp"
 #include "engine/choose_solver.hpp"
 #include "engine/contact_store.hpp"
 #include "engine/island.hpp"
@@ -171,6 +172,19 @@ struct IslandWorkspace {
     SolverBodies coarse;  // result of a coarser solve of the same step
 };
 
+// What one worker updates contacts with, and what it has counted. Kept for its memory; on cache lines of its own.
+struct alignas(64) NarrowWorkspace {
+    std::vector<Manifold> fresh;
+    NarrowStats stats;
+    std::uint32_t manifolds = 0, points = 0, reused = 0, updated = 0;
+    Real max_penetration = 0;
+    bool has_stopped = false;                                 // a contact of which nothing moves is in the list
+    std::vector<std::uint32_t> released;                      // contacts that were held
+    std::uint32_t queries_of[kShapeTypes][kShapeTypes] = {};  // with WorldSettings::profile
+    std::uint32_t fcl_calls_of[kShapeTypes][kShapeTypes] = {};
+    void clear();
+};
+
 // What a step's diagnostics are measured against, and what they are summed from.
 struct DiagnosticsStart {
     std::vector<Pose> poses;        // size of bodies
@@ -204,10 +218,13 @@ struct WorldData {
     std::unordered_map<std::uint32_t, DirectState> direct_states;  // by the lowest body of the island
     std::mutex direct_mutex;                                       // of the map, not of what is in it
     std::shared_ptr<TaskSystem> tasks;                             // null: all on the calling thread
+    double last_work = 0;                                          // [s], estimated, of the last step
 
     // Scratch of a step: kept for its memory.
+    Team* team = nullptr;  // that does the step; null: the calling thread alone
     std::vector<ProxyPair> begun, ended;
-    std::vector<Manifold> fresh;
+    std::vector<NarrowWorkspace> narrow;  // one per worker
+    std::uint32_t contacts_updated = 0;
     IslandBuilder islands;
     std::vector<IslandWorkspace> workspaces;  // one per worker
     std::vector<std::uint32_t> broken;        // bodies that have gone non-finite in this step
