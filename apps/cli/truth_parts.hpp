@@ -24,6 +24,20 @@ Real rolling_factor(const BodyDef& body, const Vec3& axis_W);
 // Angle of the rotation that takes a to b, in [0, π].
 Real angle_between(const Quat& a, const Quat& b);
 
+// Dynamic bodies that joints tie together: the groups that nothing holds (one body alone is a group), and which bodies are tied to the
+// world or to a body that is not dynamic.
+struct JointedGroups {
+    std::vector<std::vector<std::size_t>> free;
+    std::vector<bool> tied;  // by body of the scene
+};
+JointedGroups jointed_groups(const Scene& scene);
+
+// Radius of the sphere about the body's origin that holds its shapes [m]; infinite with a plane or a mesh.
+Real holding_radius(const BodyDef& body);
+
+// Whether a scene is meant by a name, or by the beginning of names before a *.
+bool is_named(const std::string& name, const std::string& pattern);
+
 // The median; of two in the middle their mean. `x` must not be empty.
 Real median(std::vector<Real> x);
 

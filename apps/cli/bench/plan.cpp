@@ -272,7 +272,7 @@ std::vector<BenchCase> plan_cases(const BenchRequest& r) {
                     s.sleep = r.sleep;
                     for (const int threads : engine.name == "cairn" && engine.path.empty() ? all_threads : std::vector<int>{1}) {
                         s.threads = threads;
-                        cases.push_back({file, engine, s, effort.dt});
+                        cases.push_back({file, engine, s, effort.dt, static_cast<int>(cases.size())});
                     }
                 }
             }

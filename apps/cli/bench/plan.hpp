@@ -30,6 +30,7 @@ struct BenchCase {
     EngineChoice engine;
     EngineSettings settings;
     std::string dt;  // as text: 1/60 is not 0.0166667
+    int place = 0;   // in the whole plan, before it is shared among shards
 
     // Names the case in results: everything that it asks for.
     std::string id() const;

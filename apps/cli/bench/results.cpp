@@ -4,6 +4,7 @@
 #include "apps/cli/options.hpp"
 #include "apps/cli/profile.hpp"
 #include "apps/cli/truth_parts.hpp"
+#include "apps/cli/truths/events.hpp"
 #include "apps/cli/truths/soundness.hpp"
 #include "engine/base/error.hpp"
 
@@ -34,6 +35,7 @@ double number(const Json& j) {
 
 Json to_json(const BenchRow& r) {
     return {{"id", r.id},
+            {"place", r.place},
             {"scene", r.scene},
             {"bodies", r.bodies},
             {"engine", r.engine},
@@ -69,6 +71,7 @@ Json to_json(const BenchRow& r) {
 BenchRow row_from(const Json& j) {
     BenchRow r;
     r.id = j.at("id");
+    r.place = j.value("place", 0);
     r.scene = j.at("scene");
     r.bodies = j.at("bodies");
     r.engine = j.at("engine");
@@ -134,11 +137,11 @@ std::string csv_text(const std::string& text) {
 
 // The order of convergence of each row's series, of its path's where it has one: "" without.
 std::map<std::string, const Order*> orders_by_id(const std::vector<BenchRow>& rows, const std::vector<Order>& orders) {
-    std::map<std::string, const Order*> found;
-    for (const Order& order : orders) {
-        for (const BenchRow& row : rows) {
-            if (order.series == series_of(row)) found[row.id] = &order;
-        }
+    std::map<std::string, const Order*> of_series, found;
+    for (const Order& order : orders) of_series[order.series] = &order;
+    for (const BenchRow& row : with_paths(rows)) {
+        const auto order = of_series.find(series_of(row));
+        if (order != of_series.end()) found[row.id] = order->second;
     }
     return found;
 }
@@ -213,6 +216,7 @@ void run_case(const BenchCase& c, double timeout, BenchRow& row) {
         row.same_states = row.same_states && hash == row.state_hash;
     } else {
         row.id = c.id();
+        row.place = c.place;
         row.command = c.command();
         row.scene = scene.name;
         row.engine = c.engine.name;
@@ -253,6 +257,10 @@ void run_case(const BenchCase& c, double timeout, BenchRow& row) {
                 if (!error.failed.empty() && row.status == "ok") {
                     row.status = "failed";
                     row.note = error.failed;
+                }
+                if (row.status == "ok") {
+                    row.note = missing_event(scene, run.history);
+                    if (!row.note.empty()) row.status = "failed";
                 }
             }
         }
@@ -349,16 +357,10 @@ std::vector<BenchRow> read_results(const std::string& folder, std::vector<Machin
     std::map<std::string, std::size_t> at;
     for (const fs::path& part : parts) {
         Machine machine;
-        const fs::path whole = part.parent_path() / "results.json";
-        std::vector<BenchRow> found;
-        if (fs::exists(whole)) {
-            found = read_result_file(whole.string(), machine);
-        } else {
-            for (auto& [id, row] : read_lines(part, machine)) found.push_back(std::move(row));
-        }
+        std::map<std::string, BenchRow> found = read_lines(part, machine);
         machines.push_back(machine);
-        for (BenchRow& row : found) {
-            const auto [place, fresh] = at.emplace(row.id, rows.size());
+        for (auto& [id, row] : found) {
+            const auto [place, fresh] = at.emplace(id, rows.size());
             if (fresh) {
                 rows.push_back(std::move(row));
             } else {
@@ -366,6 +368,7 @@ std::vector<BenchRow> read_results(const std::string& folder, std::vector<Machin
             }
         }
     }
+    std::stable_sort(rows.begin(), rows.end(), [](const BenchRow& a, const BenchRow& b) { return a.place < b.place; });
     if (rows.empty()) throw Error(folder + ": holds no results of cairn bench");
     return rows;
 }

@@ -13,6 +13,7 @@ namespace cairn::cli {
 // One case over all its repeats. Text and numbers as they go into the files.
 struct BenchRow {
     std::string id, command;
+    int place = 0;  // in the plan: rows of shards are put back into its order
     std::string scene, engine, version, solver, dt_text, settings;
     int bodies = 0, precision = 64;
     double dt = 0;                     // [s]
@@ -63,8 +64,8 @@ private:
     std::map<std::string, BenchRow> rows_;
 };
 
-// Rows and machines of every results.json or rows.jsonl in a folder and the folders in it (the parts of a sharded benchmark). Throws Error
-// if there are none.
+// Rows and machines of every rows.jsonl in a folder and the folders in it (the parts of a sharded benchmark, or one that was broken off),
+// in the order of the plan. Throws Error if there are none.
 std::vector<BenchRow> read_results(const std::string& folder, std::vector<Machine>& machines);
 std::vector<BenchRow> read_result_file(const std::string& path, Machine& machine);
 

@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <set>
 
 namespace cairn::cli {
@@ -98,8 +99,22 @@ std::string orders_table(const std::vector<Order>& orders) {
                  rows);
 }
 
-std::string machine_text(const Machine& m) {
-    return fmt::format("{}, {} cores, {}; {} ({}); commit {}; {}", m.cpu, m.cores, m.system, m.compiler, m.flags, m.commit, m.date);
+// One line for the parts that differ in their dates alone.
+std::vector<std::string> machine_lines(const ReportData& data) {
+    std::vector<std::string> lines;
+    std::map<std::string, std::pair<std::string, int>> parts;  // the earliest date, and how many
+    for (const Machine& m : data.machines) {
+        const std::string text =
+            fmt::format("{}, {} cores, {}; {} ({}); commit {}", m.cpu, m.cores, m.system, m.compiler, m.flags, m.commit);
+        const auto [place, fresh] = parts.emplace(text, std::pair(m.date, 0));
+        if (fresh) lines.push_back(text);
+        place->second = {std::min(place->second.first, m.date), place->second.second + 1};
+    }
+    for (std::string& line : lines) {
+        const auto& [date, count] = parts[line];
+        line += "; " + date + (count > 1 ? fmt::format(" ({} parts)", count) : "");
+    }
+    return lines;
 }
 
 std::string bench_table(const ReportData& data) {
@@ -194,7 +209,7 @@ std::string report_page(const ReportData& data) {
         "<p>{} scenes, {} cases. Errors come from the states alone, against closed forms, references integrated beside the runs, and what "
         "every exact motion keeps. Lower and further left is better.</p>\n",
         scenes.size(), data.rows.size());
-    for (const Machine& m : data.machines) html += "<p class=\"dim\">" + escaped(machine_text(m)) + "</p>\n";
+    for (const std::string& line : machine_lines(data)) html += "<p class=\"dim\">" + escaped(line) + "</p>\n";
     html += "<h2>What the others do better</h2>\n";
     const std::vector<std::string> wins = wins_of_others(data.rows);
     if (wins.empty()) html += "<p>In no case was another engine faster and no less accurate at the same step.</p>\n";
@@ -240,7 +255,7 @@ std::string report_page(const ReportData& data) {
 
 std::string report_markdown(const ReportData& data, const std::string& figures) {
     std::string md;
-    for (const Machine& m : data.machines) md += machine_text(m) + "\n\n";
+    for (const std::string& line : machine_lines(data)) md += line + "\n\n";
     md += "### What the others do better\n\n";
     const std::vector<std::string> wins = wins_of_others(data.rows);
     for (const std::string& win : wins) md += "- " + win + "\n";

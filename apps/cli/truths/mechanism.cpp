@@ -138,6 +138,52 @@ void add_rows(const MechanismJoint& joint, const SideNow& a, const SideNow& b, s
     if (joint.type != JointType::kHinge) square(a.axes[1], b.axes[2]);
 }
 
+using Vec6 = Eigen::Matrix<Real, 6, 1>;
+
+// λ of A λ = b. A is symmetric and, unless joints say a thing twice, positive definite: tried first.
+Eigen::VectorXd solve_rows(const Eigen::MatrixXd& A, const Eigen::VectorXd& b) {
+    const Eigen::LDLT<Eigen::MatrixXd> factors(A);
+    if (factors.info() == Eigen::Success && factors.vectorD().minCoeff() > 1e-10 * factors.vectorD().maxCoeff()) return factors.solve(b);
+    return A.completeOrthogonalDecomposition().solve(b);
+}
+
+// Adds M⁻¹ Jᵀ λ to the accelerations, so that J a + bias = 0. Each row speaks of two bodies at most: A = J M⁻¹ Jᵀ is put together body by
+// body.
+void add_joint_accelerations(const Mechanism& m, const std::vector<Row>& rows, const std::vector<const MechanismJoint*>& owner,
+                             const std::vector<Mat3>& inverse, Eigen::VectorXd& acceleration) {
+    struct Part {
+        Eigen::Index row = 0;
+        Vec6 J, JW;
+    };
+    std::vector<std::vector<Part>> parts(m.mass.size());  // of each body
+    const Eigen::Index count = static_cast<Eigen::Index>(rows.size());
+    Eigen::VectorXd b(count);
+    for (Eigen::Index r = 0; r < count; ++r) {
+        const Row& row = rows[static_cast<std::size_t>(r)];
+        b[r] = -row.bias;
+        for (int s = 0; s < 2; ++s) {
+            const int body = owner[static_cast<std::size_t>(r)]->sides[s].body;
+            if (body < 0) continue;
+            const std::size_t k = static_cast<std::size_t>(body);
+            Part part{r, Vec6::Zero(), Vec6::Zero()};
+            part.J << row.linear[s], row.angular[s];
+            part.JW << row.linear[s] / m.mass[k], inverse[k] * row.angular[s];
+            b[r] -= part.J.dot(acceleration.segment<6>(6 * body));
+            parts[k].push_back(part);
+        }
+    }
+    Eigen::MatrixXd A = Eigen::MatrixXd::Zero(count, count);
+    for (const std::vector<Part>& of_body : parts) {
+        for (const Part& x : of_body) {
+            for (const Part& y : of_body) A(x.row, y.row) += x.J.dot(y.JW);
+        }
+    }
+    const Eigen::VectorXd lambda = solve_rows(A, b);
+    for (std::size_t k = 0; k < parts.size(); ++k) {
+        for (const Part& part : parts[k]) acceleration.segment<6>(6 * static_cast<Eigen::Index>(k)) += lambda[part.row] * part.JW;
+    }
+}
+
 // Accelerations of all bodies: M a = f + Jᵀ λ with J a + bias = 0.
 void derivative(const Mechanism& m, const std::vector<Real>& y, std::vector<Real>& dy) {
     const Eigen::Index n = static_cast<Eigen::Index>(m.mass.size());
@@ -160,29 +206,7 @@ void derivative(const Mechanism& m, const std::vector<Real>& y, std::vector<Real
         add_rows(joint, side_now(joint.sides[0], y), side_now(joint.sides[1], y), rows);
         owner.resize(rows.size(), &joint);
     }
-    if (const Eigen::Index count = static_cast<Eigen::Index>(rows.size()); count > 0) {
-        Eigen::MatrixXd J = Eigen::MatrixXd::Zero(count, 6 * n), JW = J;  // W = M⁻¹
-        Eigen::VectorXd bias(count);
-        for (Eigen::Index r = 0; r < count; ++r) {
-            const Row& row = rows[static_cast<std::size_t>(r)];
-            bias[r] = row.bias;
-            for (int s = 0; s < 2; ++s) {
-                const int body = owner[static_cast<std::size_t>(r)]->sides[s].body;
-                if (body < 0) continue;
-                J.block<1, 3>(r, 6 * body) += row.linear[s].transpose();
-                J.block<1, 3>(r, 6 * body + 3) += row.angular[s].transpose();
-            }
-        }
-        for (Eigen::Index i = 0; i < n; ++i) {
-            const std::size_t k = static_cast<std::size_t>(i);
-            JW.middleCols<3>(6 * i) = J.middleCols<3>(6 * i) / m.mass[k];
-            JW.middleCols<3>(6 * i + 3) = J.middleCols<3>(6 * i + 3) * inverse[k];
-        }
-        const Eigen::MatrixXd A = J * JW.transpose();
-        const Eigen::VectorXd b = -(bias + J * acceleration);
-        const Eigen::VectorXd lambda = A.completeOrthogonalDecomposition().solve(b);  // joints may say a thing twice
-        acceleration += JW.transpose() * lambda;
-    }
+    if (!rows.empty()) add_joint_accelerations(m, rows, owner, inverse, acceleration);
     dy.resize(y.size());
     for (Eigen::Index i = 0; i < n; ++i) {
         const Real* s = y.data() + kState * i;

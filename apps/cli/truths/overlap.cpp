@@ -1,6 +1,7 @@
 #include "apps/cli/truths/overlap.hpp"
 
 #include "collision/hull.hpp"
+#include "collision/mesh.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -196,21 +197,42 @@ struct Entry {
     Vec3 low = Vec3::Zero(), high = Vec3::Zero();
 };
 
+// All shapes with an inside, in order of their boxes' lower x.
+std::vector<Entry> entries_of(const Scene& scene, const std::vector<BodyState>& states) {
+    std::vector<Entry> entries;
+    for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+        for (const Shape& s : scene.bodies[i].shapes) {
+            if (s.is_static_only()) continue;
+            Entry& e = entries.emplace_back(Entry{place(s, {states[i].rotation, states[i].position}), i});
+            for (int k = 0; k < 3; ++k) {
+                e.low[k] = -e.placed.support(-Vec3::Unit(k));
+                e.high[k] = e.placed.support(Vec3::Unit(k));
+            }
+        }
+    }
+    std::sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) { return a.low.x() < b.low.x(); });
+    return entries;
+}
+
+// Pairs of bodies that never touch, sorted.
+std::vector<std::pair<std::size_t, std::size_t>> pairs_apart(const Scene& scene) {
+    std::vector<std::pair<std::size_t, std::size_t>> apart;
+    for (const SceneJoint& j : scene.joints) {
+        if (j.body_a && j.body_b && !j.def.collide_connected) apart.push_back(std::minmax(*j.body_a, *j.body_b));
+    }
+    std::sort(apart.begin(), apart.end());
+    return apart;
+}
+
 // All pairs of one sample: worst[i] becomes body i's deepest.
 void sample_depths(const Scene& scene, const std::vector<BodyState>& states, const std::vector<std::pair<std::size_t, std::size_t>>& apart,
                    std::vector<Real>& worst) {
-    std::vector<Entry> entries;
+    const std::vector<Entry> entries = entries_of(scene, states);
     std::vector<std::pair<const Shape*, std::size_t>> planes;
     const auto pose = [&](std::size_t i) { return Pose{states[i].rotation, states[i].position}; };
     for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
         for (const Shape& s : scene.bodies[i].shapes) {
             if (s.type == ShapeType::kPlane) planes.emplace_back(&s, i);
-            if (s.is_static_only()) continue;
-            Entry& e = entries.emplace_back(Entry{place(s, pose(i)), i});
-            for (int k = 0; k < 3; ++k) {
-                e.low[k] = -e.placed.support(-Vec3::Unit(k));
-                e.high[k] = e.placed.support(Vec3::Unit(k));
-            }
         }
     }
     const auto is_dynamic = [&](std::size_t i) { return scene.bodies[i].type == BodyType::kDynamic; };
@@ -223,7 +245,6 @@ void sample_depths(const Scene& scene, const std::vector<BodyState>& states, con
             if (is_dynamic(e.body)) note(owner, e.body, plane_depth(*plane, pose(owner), e.placed));
         }
     }
-    std::sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) { return a.low.x() < b.low.x(); });
     for (std::size_t i = 0; i < entries.size(); ++i) {
         const Entry& a = entries[i];
         for (std::size_t j = i + 1; j < entries.size() && entries[j].low.x() <= a.high.x(); ++j) {
@@ -245,12 +266,74 @@ Real overlap_depth(const Shape& a, const Pose& X_WA, const Shape& b, const Pose&
     return placed_depth(place(a, X_WA), place(b, X_WB));
 }
 
-PenetrationError penetration_error(const Scene& scene, const History& history) {
-    std::vector<std::pair<std::size_t, std::size_t>> apart;
-    for (const SceneJoint& j : scene.joints) {
-        if (j.body_a && j.body_b && !j.def.collide_connected) apart.push_back(std::minmax(*j.body_a, *j.body_b));
+namespace {
+
+// The least overlap and its direction, from A towards B; negative: a distance, never more than the true one.
+Real least_along(const Placed& a, const Placed& b, Vec3& best) {
+    Real least = kInfinity;
+    for (Vec3 n : directions(a, b)) {
+        const Real value = along_either(a, b, n);
+        if (value >= least) continue;
+        least = value;
+        best = n;
     }
-    std::sort(apart.begin(), apart.end());
+    return least;
+}
+
+// Distance of the boxes around an entry and the nearest triangle of a mesh.
+Real mesh_gap(const Shape& mesh, const Pose& X_WB, const Entry& e) {
+    const Pose X = X_WB * mesh.X_BS;
+    Real least = kInfinity;
+    for (const std::array<int, 3>& triangle : mesh.mesh->triangles()) {
+        Vec3 low = Vec3::Constant(kInfinity), high = -low;
+        for (const int v : triangle) {
+            const Vec3 x = X.p + X.q * mesh.mesh->vertices()[static_cast<std::size_t>(v)];
+            low = low.cwiseMin(x);
+            high = high.cwiseMax(x);
+        }
+        least = std::min(least, (low - e.high).cwiseMax(e.low - high).cwiseMax(0).norm());
+    }
+    return least;
+}
+
+}  // namespace
+
+std::vector<Real> support_gaps(const Scene& scene, const std::vector<BodyState>& states) {
+    constexpr Real kUpwards = 0.02, kTouching = 1e-4;  // the normal of what touches is not known well: there, who is higher counts
+    std::vector<Real> gaps(scene.bodies.size(), kSupportReach);
+    const Vec3 up = -scene.gravity.normalized();
+    const std::vector<Entry> entries = entries_of(scene, states);
+    const std::vector<std::pair<std::size_t, std::size_t>> apart = pairs_apart(scene);
+    const auto note = [&gaps](std::size_t body, Real gap) { gaps[body] = std::min(gaps[body], std::max(0.0, gap)); };
+    for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+        const Pose X{states[i].rotation, states[i].position};
+        for (const Shape& s : scene.bodies[i].shapes) {
+            if (!s.is_static_only()) continue;
+            const Vec3 n = X.q * s.normal;
+            if (s.type == ShapeType::kPlane && !(n.dot(up) > kUpwards)) continue;
+            for (const Entry& e : entries) {
+                note(e.body, s.type == ShapeType::kPlane ? -e.placed.support(-n) - s.offset - n.dot(X.p) : mesh_gap(s, X, e));
+            }
+        }
+    }
+    for (std::size_t i = 0; i < entries.size(); ++i) {
+        const Entry& a = entries[i];
+        for (std::size_t j = i + 1; j < entries.size() && entries[j].low.x() <= a.high.x() + kSupportReach; ++j) {
+            const Entry& b = entries[j];
+            if (a.body == b.body || ((a.low - b.high).cwiseMax(b.low - a.high).array() > kSupportReach).any()) continue;
+            if (std::binary_search(apart.begin(), apart.end(), std::pair<std::size_t, std::size_t>(std::minmax(a.body, b.body)))) continue;
+            Vec3 n = up;
+            const Real gap = -least_along(a.placed, b.placed, n);
+            const Real rise = n.dot(up), higher = (states[b.body].position - states[a.body].position).dot(up);
+            if (rise > kUpwards || (gap < kTouching && higher > 0)) note(b.body, gap);
+            if (rise < -kUpwards || (gap < kTouching && higher < 0)) note(a.body, gap);
+        }
+    }
+    return gaps;
+}
+
+PenetrationError penetration_error(const Scene& scene, const History& history) {
+    const std::vector<std::pair<std::size_t, std::size_t>> apart = pairs_apart(scene);
     std::vector<Real> depths;
     for (std::size_t k = 0; k < history.t.size(); ++k) {
         if (history.t[k] < 1e-9) continue;

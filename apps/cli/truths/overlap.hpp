@@ -12,6 +12,12 @@ namespace cairn::cli {
 // Depth [m] of two placed shapes, > 0 where they overlap, else 0. Neither may be a mesh; at most one a plane.
 Real overlap_depth(const Shape& a, const Pose& X_WA, const Shape& b, const Pose& X_WB);
 
+// For each body the distance down to the nearest thing that bears it from below [m]: 0 where it touches one, at most kSupportReach. From
+// below is what lies along a direction with a part upwards. The distances are those along the best of the directions above, which are never
+// larger than the true ones; over a mesh, of bounding boxes.
+constexpr Real kSupportReach = 0.1;
+std::vector<Real> support_gaps(const Scene& scene, const std::vector<BodyState>& states);
+
 struct PenetrationError {
     Real deepest = 0;       // [m], over all pairs that may collide and all samples after t = 0
     Real percentile99 = 0;  // [m], over dynamic bodies and samples, of each body's deepest pair (0 if it has none)
