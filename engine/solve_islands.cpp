@@ -48,77 +48,6 @@ void add_dynamic(WorldData& world, IslandWorkspace& work, std::uint32_t index) {
     work.solver_bodies.velocity.push_back({body.v, body.w});
 }
 
-// Index of a joint's body in the solver; what cannot move becomes the immovable body, its part of the geometry goes to world coordinates.
-int joint_body(const WorldData& world, IslandWorkspace& work, std::uint32_t body, Vec3& anchor, Mat3& frame) {
-    if (body == UINT32_MAX) return kImmovable;
-    const Body& b = world.bodies[body];
-    if (work.solver_index[body] >= 0) return work.solver_index[body];
-    anchor = b.transform() * anchor;
-    frame = b.R * frame;
-    return kImmovable;
-}
-
-template <int N>
-void add_joint_block(WorldData& world, IslandWorkspace& work, std::uint32_t index, std::vector<JointBlock<N>>& pool) {
-    const Joint& joint = world.joints[index];
-    JointBlock<N>& block = pool.emplace_back();
-    block.geometry = joint.geometry;
-    block.a = joint_body(world, work, joint.body_a, block.geometry.anchor_a_A, block.geometry.frame_A);
-    block.b = joint_body(world, work, joint.body_b, block.geometry.anchor_b_B, block.geometry.frame_B);
-    block.warm_first = joint.warm_first.head<N>();
-    block.warm_second = joint.warm_second.head<N>();
-    block.held_impulse.setZero();
-    block.impulse.setZero();
-    block.total.setZero();
-    work.joint_sources[static_cast<int>(joint.type)].push_back({index});
-}
-
-void add_joint(WorldData& world, IslandWorkspace& work, std::uint32_t index) {
-    JointPool& pool = work.joint_pool;
-    switch (world.joints[index].type) {
-        case JointType::kBall:
-            add_joint_block<3>(world, work, index, pool.ball);
-            return;
-        case JointType::kHinge:
-            add_joint_block<5>(world, work, index, pool.hinge);
-            return;
-        case JointType::kSlider:
-            add_joint_block<5>(world, work, index, pool.slider);
-            return;
-        case JointType::kFixed:
-            add_joint_block<6>(world, work, index, pool.fixed);
-            return;
-        case JointType::kDistance:
-            add_joint_block<1>(world, work, index, pool.distance);
-            return;
-    }
-}
-
-template <int N>
-void store_joints(WorldData& world, IslandWorkspace& work, const std::vector<JointBlock<N>>& pool, JointType type,
-                  const JointRanges& ranges) {
-    const int k = static_cast<int>(type);
-    for (int i = ranges.begin[k]; i < ranges.end[k]; ++i) {
-        Joint& joint = world.joints[work.joint_sources[k][i]];
-        joint.warm_first.head<N>() = pool[i].warm_first;
-        joint.warm_second.head<N>() = pool[i].warm_second;
-        joint.total.head<N>() = pool[i].total;
-    }
-}
-
-void joint_pool_sizes(const JointPool& pool, int sizes[5]) {
-    const std::size_t n[5] = {pool.ball.size(), pool.hinge.size(), pool.slider.size(), pool.fixed.size(), pool.distance.size()};
-    for (int k = 0; k < 5; ++k) sizes[k] = static_cast<int>(n[k]);
-}
-
-// An awake kinematic body that a joint holds enters the island like one that a contact touches.
-void add_joint_kinematics(WorldData& world, IslandWorkspace& work, std::uint32_t index, SiIsland& island) {
-    for (std::uint32_t body : {world.joints[index].body_a, world.joints[index].body_b}) {
-        if (body == UINT32_MAX || world.bodies[body].type != BodyType::kKinematic || work.solver_index[body] >= 0) continue;
-        add_kinematic(world, work, body, island);
-    }
-}
-
 SiIsland build_island(WorldData& world, IslandWorkspace& work, int index, Real dt) {
     const IslandBuilder& islands = world.islands;
     SiIsland island;
@@ -127,13 +56,7 @@ SiIsland build_island(WorldData& world, IslandWorkspace& work, int index, Real d
     for (int k = bodies.begin; k < bodies.end; ++k) add_dynamic(world, work, islands.body_list()[k]);
     island.dynamic_end = island.body_end = work.solver_bodies.size();
 
-    const IndexRange joints = islands.items(index, IslandBuilder::kJoint);
-    joint_pool_sizes(work.joint_pool, island.joints.begin);
-    for (int k = joints.begin; k < joints.end; ++k) {
-        add_joint_kinematics(world, work, islands.item_list(IslandBuilder::kJoint)[k], island);
-        add_joint(world, work, islands.item_list(IslandBuilder::kJoint)[k]);
-    }
-    joint_pool_sizes(work.joint_pool, island.joints.end);
+    build_joint_blocks(world, work, index, island);
 
     island.contacts.begin = static_cast<int>(work.contact_pool.blocks.size());
     island.spins.begin = static_cast<int>(work.contact_pool.spins.size());
@@ -157,11 +80,7 @@ void store_island(WorldData& world, IslandWorkspace& work, int index, const SiIs
     }
     store_contact_impulses(world, work, island);
     if (work.island_stands) return note_standing(world, index);
-    store_joints<3>(world, work, work.joint_pool.ball, JointType::kBall, island.joints);
-    store_joints<5>(world, work, work.joint_pool.hinge, JointType::kHinge, island.joints);
-    store_joints<5>(world, work, work.joint_pool.slider, JointType::kSlider, island.joints);
-    store_joints<6>(world, work, work.joint_pool.fixed, JointType::kFixed, island.joints);
-    store_joints<1>(world, work, work.joint_pool.distance, JointType::kDistance, island.joints);
+    store_joint_impulses(world, work, island);
 }
 
 // With diagnostics: what follows the solve of an island, from its beginning.
@@ -247,7 +166,7 @@ bool solve_island(WorldData& world, IslandWorkspace& work, int index, const SiIs
     };
     SiSettings settings = si_settings(world.settings, default_substeps);
     const bool wide = work.is_island_wide =
-        solver == SolverChoice::kSi && plan_wide(work.wide_contacts, work.contact_pool, island, settings);
+        solver == SolverChoice::kSi && plan_wide(work.wide_contacts, work.contact_pool, island, settings, &work.solver_bodies, work.team);
     if (wide && substeps != default_substeps) {  // wide contacts give their warm impulses back unscaled
         scale_warm_impulses(work, island, static_cast<Real>(substeps) / default_substeps);
         substeps = default_substeps;
@@ -378,6 +297,32 @@ void step_island(WorldData& world, IslandWorkspace& work, int index, Real dt, Re
     work.report.joint_rows += static_cast<std::uint32_t>(island.joints.rows());
 }
 
+// Whether one worker would have more to do for it than the others have for all the rest: then all of them solve it together.
+bool is_large(const WorldData& world, int index) {
+    constexpr double kMoreThanFair = 1.2;
+    const auto contacts = [&](int k) {
+        const IndexRange r = world.islands.items(k, IslandBuilder::kContact);
+        return r.end - r.begin;
+    };
+    const double all = static_cast<double>(world.islands.item_list(IslandBuilder::kContact).size());
+    return world.team != nullptr && contacts(index) * world.team->size() > kMoreThanFair * all;
+}
+
+// Large ones after each other, the others side by side.
+void step_all_islands(WorldData& world, Real dt, Real scale) {
+    const int count = world.islands.count();
+    IslandWorkspace& leader = world.workspaces.front();
+    leader.team = world.team;
+    for (int k = 0; k < count && world.team != nullptr; ++k)
+        if (is_large(world, k)) step_island(world, leader, k, dt, scale, &world.clock);
+    leader.team = nullptr;
+    PhaseClock* const clock = world.team == nullptr ? &world.clock : nullptr;  // it has one hand
+    for_pieces(world.team, static_cast<std::size_t>(count), 1, [&](std::size_t begin, std::size_t end, int worker) {
+        for (int k = static_cast<int>(begin); k < static_cast<int>(end); ++k)
+            if (!is_large(world, k)) step_island(world, world.workspaces[worker], k, dt, scale, clock);
+    });
+}
+
 // Sums, and the largest residuals: the same whoever solved what.
 void take_report(WorldData& world, IslandWorkspace& work, SiReport& solved, StepReport& report) {
     const StepReport& r = work.report;
@@ -410,10 +355,7 @@ void solve_islands(WorldData& world, Real dt, StepReport& report) {
     // Impulses of a substep scale with its length. Those of a far shorter one are rounding noise, which would be made great.
     constexpr Real kMostGrowth = 1e3;
     const Real growth = world.last_dt > 0 ? dt / world.last_dt : 1, scale = growth > kMostGrowth ? 0 : growth;
-    PhaseClock* const clock = world.team == nullptr ? &world.clock : nullptr;  // it has one hand
-    for_pieces(world.team, static_cast<std::size_t>(world.islands.count()), 1, [&](std::size_t begin, std::size_t end, int worker) {
-        for (std::size_t k = begin; k < end; ++k) step_island(world, world.workspaces[worker], static_cast<int>(k), dt, scale, clock);
-    });
+    step_all_islands(world, dt, scale);
     world.clock.lap(Phase::kSolve);
     SiReport solved;
     for (IslandWorkspace& work : world.workspaces) take_report(world, work, solved, report);

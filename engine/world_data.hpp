@@ -152,6 +152,7 @@ struct JointSource {
 
 // What one worker solves islands with, one after the other, and what it has counted. Kept for its memory.
 struct IslandWorkspace {
+    Team* team = nullptr;  // that solves the island, if it is a large one; else one worker does
     SolverBodies solver_bodies;
     ContactPool contact_pool;
     WideContacts wide_contacts;
@@ -276,6 +277,8 @@ int add_kinematic(WorldData& world, IslandWorkspace& work, std::uint32_t body, S
 void build_contact_blocks(WorldData& world, IslandWorkspace& work, Real dt, const std::vector<std::uint32_t>& order, int begin, int end,
                           SiIsland& island);
 void store_contact_impulses(WorldData& world, IslandWorkspace& work, const SiIsland& island);
+void build_joint_blocks(WorldData& world, IslandWorkspace& work, int index, SiIsland& island);
+void store_joint_impulses(WorldData& world, IslandWorkspace& work, const SiIsland& island);
 
 // Writes a body's new state. False if it is not finite: then the body stays where it was, and disable_broken has to be told.
 bool accept_state(Body& body, const Pose& pose, const Vec3& v, const Vec3& w);

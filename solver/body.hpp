@@ -10,8 +10,8 @@ namespace cairn {
 
 constexpr int kImmovable = 0;
 
-// All in World.
-struct BodyVelocity {
+// All in World. On a cache line of its own, since threads that solve parts of an island write those of neighbours.
+struct alignas(64) BodyVelocity {
     Vec3 v = Vec3::Zero();  // [m/s], of the centre of mass
     Vec3 w = Vec3::Zero();  // [rad/s]
 };

@@ -11,8 +11,21 @@ namespace {
 void close_substep(SiContext& c) {
     if (c.has_joints) close_joint_substep(c.joints, c.island.joints);
     if (c.has_spins) close_spin_substep(c.contacts, c.island.spins);
-    if (c.wide) return c.wide->kernel().close(c.wide->view());
+    if (c.wide) return c.wide->close();
     if (c.has_contacts) close_contact_substep(c.contacts, c.island.contacts, FirstFriction::kHalf);
+}
+
+// f(begin, end) over the dynamic bodies, side by side where the contacts are. Returns the sum of what f returns.
+template <class F>
+std::uint64_t each_body(SiContext& c, F&& f) {
+    return c.wide ? c.wide->each_body(f) : f(c.island.body_begin, c.island.dynamic_end);
+}
+
+void kick_bodies(SiContext& c, Real h) {
+    each_body(c, [&](int begin, int end) {
+        kick(c.bodies, begin, end, h);
+        return 0;
+    });
 }
 
 // Tells the probe, if there is one, what a solve has left.
@@ -25,28 +38,25 @@ void note(SiContext& c, SolveTurn turn) {
 
 // Kick, then velocities that the drift may use without any error growing.
 void first_solve(SiContext& c) {
-    kick(c.bodies, c.island.body_begin, c.island.dynamic_end, 0.5 * c.h);
+    kick_bodies(c, 0.5 * c.h);
     if (c.has_joints) {
         warm_start_first(c.joints, c.island.joints, c.bodies);
         bias_joints(c.joints, c.island.joints, c.bodies, c.h, c.joint_soft.rate);
     }
     if (c.wide) {
-        c.wide->kernel().start_first(c.wide->view(), c.h);
+        c.wide->start_first(c.h);
     } else if (c.has_contacts) {
         warm_start_first(c.contacts, c.island.contacts, c.bodies);
     }
     if (c.has_spins) warm_start_spins_first(c.contacts, c.island.spins, c.bodies);
     iterate(
         c, c.settings.iterations, [&] { return sweep_joint_positions(c.joints, c.island.joints, c.bodies, c.joint_soft); },
-        [&] {
-            return c.wide ? c.wide->kernel().sweep_normals(c.wide->view())
-                          : sweep_contact_gaps(c.contacts, c.island.contacts, c.bodies, c.h);
-        });
+        [&] { return c.wide ? c.wide->sweep_normals() : sweep_contact_gaps(c.contacts, c.island.contacts, c.bodies, c.h); });
 }
 
 // The pyramid is swept with the normals, a block at a time; other friction models after them.
 Real sweep_velocities(SiContext& c) {
-    if (c.wide) return c.wide->kernel().sweep_velocities(c.wide->view());
+    if (c.wide) return c.wide->sweep_velocities();
     const SiModel& model = c.settings.model;
     const bool pyramid = model.friction == FrictionModel::kPyramid || model.friction == FrictionModel::kPyramidFixed;
     const Real change = sweep_contact_velocities(c.contacts, c.island.contacts, c.bodies, pyramid);
@@ -56,10 +66,10 @@ Real sweep_velocities(SiContext& c) {
 }
 
 void second_solve(SiContext& c) {
-    kick(c.bodies, c.island.body_begin, c.island.dynamic_end, 0.5 * c.h);
+    kick_bodies(c, 0.5 * c.h);
     if (c.has_joints) warm_start_second(c.joints, c.island.joints, c.bodies);
     if (c.wide) {
-        c.wide->kernel().start_second(c.wide->view());
+        c.wide->start_second();
     } else if (c.has_contacts) {
         warm_start_second(c.contacts, c.island.contacts, c.bodies);
     }
@@ -68,6 +78,17 @@ void second_solve(SiContext& c) {
         c, c.settings.iterations, [&] { return sweep_joint_velocities(c.joints, c.island.joints, c.bodies); },
         [&] { return sweep_velocities(c); });
     note(c, SolveTurn::kSecond);
+}
+
+// Which sign a zero has may depend on what shares a batch: all get the same.
+void unsign_zeros(SiContext& c) {
+    each_body(c, [&](int begin, int end) {
+        for (int i = begin; i < end; ++i) {
+            c.bodies.velocity[i].v.array() += 0.0;
+            c.bodies.velocity[i].w.array() += 0.0;
+        }
+        return 0;
+    });
 }
 
 void substep_split(SiContext& c) {
@@ -82,15 +103,19 @@ void substep_split(SiContext& c) {
 }  // namespace
 
 void move_bodies(SiContext& c) {
-    c.report.rotor_calls += drift(c.bodies, c.island.body_begin, c.island.dynamic_end, c.h);
+    c.report.rotor_calls += each_body(c, [&](int begin, int end) { return drift(c.bodies, begin, end, c.h); });
     drift_kinematic(c.bodies, c.island.dynamic_end, c.island.body_end, c.h);
 }
 
 void rebuild_rows(SiContext& c) {
     if (c.has_joints) build_joints(c.joints, c.island.joints, c.bodies);
     if (c.wide) {
-        c.wide->copy_poses(c.bodies, c.island.body_begin, c.island.body_end);
-        c.wide->kernel().advance(c.wide->view(), c.h, c.settings.rebuild_angle);
+        each_body(c, [&](int begin, int end) {
+            c.wide->copy_poses(c.bodies, begin, end);
+            return 0;
+        });
+        c.wide->copy_poses(c.bodies, c.island.dynamic_end, c.island.body_end);
+        c.wide->advance(c.h, c.settings.rebuild_angle);
     } else if (c.has_contacts) {
         advance_blocks(c.contacts, c.island.contacts, c.bodies, c.h, c.settings.rebuild_angle);
     }
@@ -98,21 +123,29 @@ void rebuild_rows(SiContext& c) {
 }
 
 void pushed_drift(SiContext& c) {
-    const int begin = c.island.body_begin, end = c.island.dynamic_end;
     const bool narrow = c.has_contacts && !c.wide;
     if (c.has_joints) hold_joints(c.joints, c.island.joints);
-    if (c.wide) c.wide->kernel().hold(c.wide->view(), c.h, c.settings.contact_push);
+    if (c.wide) c.wide->hold(c.h, c.settings.contact_push);
     if (narrow) hold_contacts(c.contacts, c.island.contacts, c.bodies);
     if (c.has_spins) hold_spins(c.contacts, c.island.spins, c.bodies);
     note(c, c.targets ? SolveTurn::kOnly : SolveTurn::kFirst);
-    begin_push(c.bodies, begin, end);
-    if (c.wide) c.wide->kernel().push(c.wide->view());
+    each_body(c, [&](int begin, int end) {
+        begin_push(c.bodies, begin, end);
+        return 0;
+    });
+    if (c.wide) c.wide->push();
     if (narrow) push_contacts(c.contacts, c.island.contacts, c.bodies, c.h, c.settings.contact_push);
-    measure_push(c.bodies, begin, end);
+    each_body(c, [&](int begin, int end) {
+        measure_push(c.bodies, begin, end);
+        return 0;
+    });
     move_bodies(c);
     rebuild_rows(c);
     if (narrow) release_contacts(c.contacts, c.island.contacts);
-    end_push(c.bodies, begin, end);
+    each_body(c, [&](int begin, int end) {
+        end_push(c.bodies, begin, end);
+        return 0;
+    });
     if (c.probe) c.probe->note_drift(c.bodies, true);
 }
 
@@ -124,11 +157,13 @@ void SiReport::add(const SiReport& r) {
     natural_residual = std::max(natural_residual, r.natural_residual);
 }
 
-bool plan_wide(WideContacts& wide, const ContactPool& contacts, const SiIsland& island, const SiSettings& settings) {
+bool plan_wide(WideContacts& wide, const ContactPool& contacts, const SiIsland& island, const SiSettings& settings,
+               const SolverBodies* bodies, Team* team) {
     const FrictionModel friction = settings.model.friction;
-    return island.contacts.begin < island.contacts.end && !island.has_bounce && !island.has_spins() && settings.stabilisation == SiStabilisation::kSplit &&
-           !settings.model.is_textbook() && friction != FrictionModel::kCone && friction != FrictionModel::kOneDirection &&
-           wide.plan(contacts, island.contacts, island.body_begin, island.dynamic_end);
+    return island.contacts.begin < island.contacts.end && !island.has_bounce && !island.has_spins() &&
+           settings.stabilisation == SiStabilisation::kSplit && !settings.model.is_textbook() && friction != FrictionModel::kCone &&
+           friction != FrictionModel::kOneDirection &&
+           wide.plan(contacts, island.contacts, island.body_begin, island.dynamic_end, bodies, team);
 }
 
 SiReport solve_island_si(SolverBodies& bodies, ContactPool& contacts, JointPool& joints, const SiIsland& island, Real dt,
@@ -165,6 +200,7 @@ SiReport solve_island_si(SolverBodies& bodies, ContactPool& contacts, JointPool&
         }
         close_substep(c);
     }
+    if (c.wide) unsign_zeros(c);
     return c.report;
 }
 

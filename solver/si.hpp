@@ -63,8 +63,9 @@ struct SiReport {
 };
 
 // Whether an island's contacts go four blocks at a time: the default substep with its friction, without bounces, and enough of them side by
-// side. Plans them if so.
-bool plan_wide(WideContacts& wide, const ContactPool& contacts, const SiIsland& island, const SiSettings& settings);
+// side. Plans them if so; with a team and the bodies, shared out where that pays.
+bool plan_wide(WideContacts& wide, const ContactPool& contacts, const SiIsland& island, const SiSettings& settings,
+               const SolverBodies* bodies = nullptr, Team* team = nullptr);
 
 // Steps one island by dt. Warm impulses must be set (those of one substep); totals are filled. Rows must be built, totals be 0, but for
 // contacts that `wide` has planned: they need to be oriented only (contact_rows.hpp), and the same impulses stay in `wide` (result,

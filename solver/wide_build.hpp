@@ -142,12 +142,12 @@ CAIRN_WIDE_INLINE void orient(const WideView& s, int k, SomeLanes lanes, const B
     }
 }
 
-static void build(const WideView& s) {
-    for (int k = 0; k < s.batch_count; ++k) build_rows(s, k, AllLanes{}, pose_of(s, s.batches[k].a), pose_of(s, s.batches[k].b));
+static void build(const WideView& s, int begin, int end) {
+    for (int k = begin; k < end; ++k) build_rows(s, k, AllLanes{}, pose_of(s, s.batches[k].a), pose_of(s, s.batches[k].b));
 }
 
-static void advance(const WideView& s, double h, double tolerance) {
-    for (int k = 0; k < s.batch_count; ++k) {
+static void advance(const WideView& s, int begin, int end, double h, double tolerance) {
+    for (int k = begin; k < end; ++k) {
         const WideBatch& batch = s.batches[k];
         const WideBatchBuild& build = s.builds[k];
         const WidePose* poses = s.poses;

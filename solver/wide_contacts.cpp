@@ -10,7 +10,7 @@ namespace {
 constexpr int kFewestBlocks = 24;
 constexpr double kFewestLanes = 2;
 
-static_assert(sizeof(BodyVelocity) == 6 * sizeof(double), "wide kernels read (v, w) as six doubles");
+static_assert(sizeof(BodyVelocity) == kVelocityStride * sizeof(double), "wide kernels read (v, w) as six doubles");
 
 template <typename T>
 void grow(std::vector<T>& v, std::size_t size) {
@@ -49,7 +49,7 @@ void copy_column(double* to, const Mat3& m, int column) {
 
 }  // namespace
 
-bool WideContacts::plan(const ContactPool& pool, BlockRange range, int body_begin, int body_end) {
+bool WideContacts::plan(const ContactPool& pool, BlockRange range, int body_begin, int body_end, const SolverBodies* bodies, Team* team) {
     const int count = range.end - range.begin;
     if (!kernel_ || count < kFewestBlocks) return false;
     grow(level_, count);
@@ -67,18 +67,39 @@ bool WideContacts::plan(const ContactPool& pool, BlockRange range, int body_begi
         levels = std::max(levels, level + 1);
     }
     if (levels * kFewestLanes > count) return false;
-    // By level, then by the number of points, so that a batch has few points that stand for nothing.
-    constexpr int kCounts = 4;
-    const auto slot = [&](int k) { return level_[k] * kCounts + kCounts - pool.blocks[range.begin + k].count; };
-    slots_.assign(levels * kCounts + 1, 0);
+    slots_.assign(levels, 0);
+    for (int k = 0; k < count; ++k) ++slots_[level_[k]];
+    int batches = 0;
+    for (const int size : slots_) batches += (size + kLanes - 1) / kLanes;
+    if (batches * kFewestLanes > count) return false;
+    parts_.divide(pool, range, level_, levels, bodies, body_begin, body_end, team);
+    cut_batches(range, pool, levels);
+    return true;
+}
+
+// By part, by level, borders first, then by the number of points, so that a batch has few points that stand for nothing.
+void WideContacts::cut_batches(BlockRange range, const ContactPool& pool, int levels) {
+    constexpr int kCounts = 4, kSlots = 2 * kCounts;  // of a level
+    const int count = range.end - range.begin;
+    const auto slot = [&](int k) {
+        const int row = (parts_.part_of(k) * levels + level_[k]) * 2 + (parts_.is_border(k) ? 0 : 1);
+        return row * kCounts + kCounts - pool.blocks[range.begin + k].count;
+    };
+    slots_.assign(parts_.count() * levels * kSlots + 1, 0);
     for (int k = 0; k < count; ++k) ++slots_[slot(k) + 1];
     for (std::size_t i = 1; i < slots_.size(); ++i) slots_[i] += slots_[i - 1];
     batch_begin_.clear();
-    for (int level = 0; level < levels; ++level)
-        for (int k = slots_[level * kCounts]; k < slots_[(level + 1) * kCounts]; k += kLanes) batch_begin_.push_back(k);
+    parts_.begin_batches();
+    for (int row = 0; row < parts_.count() * levels; ++row) {
+        const int begin = slots_[row * kSlots], inner = slots_[row * kSlots + kCounts], end = slots_[(row + 1) * kSlots];
+        const int first = static_cast<int>(batch_begin_.size());
+        for (int k = begin; k < end; k += kLanes) batch_begin_.push_back(k);
+        const int last = static_cast<int>(batch_begin_.size()), border = first + (inner - begin + kLanes - 1) / kLanes;
+        if (border > first) parts_.add_batches(row / levels, row % levels, true, first, border);
+        if (last > border) parts_.add_batches(row / levels, row % levels, false, border, last);
+    }
     batch_begin_.push_back(count);
     for (int k = 0; k < count; ++k) order_[slots_[slot(k)]++] = range.begin + k;
-    return batch_count() * kFewestLanes <= count;
 }
 
 void WideContacts::pack(const ContactPool& pool, SolverBodies& bodies, int begin, int end) {
@@ -109,15 +130,16 @@ void WideContacts::pack(const ContactPool& pool, SolverBodies& bodies, int begin
     grow(frictions_, frictions);
     grow(friction_impulse_, frictions);
     grow(friction_held_, frictions);
-    for (int k = 0; k < batches; ++k) {
-        if (k + 2 < batches) prefetch_blocks(pool, k + 2);
-        pack_batch(pool, k);
-    }
+    parts_.each_batch([&](int first, int last) {
+        for (int k = first; k < last; ++k) {
+            if (k + 2 < last) prefetch_blocks(pool, k + 2);
+            pack_batch(pool, k);
+        }
+    });
     grow(poses_, bodies.motion.size());
     copy_poses(bodies, kImmovable, kImmovable + 1);
     copy_poses(bodies, begin, end);
-    view_ = {batches,
-             batches_.data(),
+    view_ = {batches_.data(),
              builds_.data(),
              normals_.data(),
              frictions_.data(),
@@ -130,7 +152,7 @@ void WideContacts::pack(const ContactPool& pool, SolverBodies& bodies, int begin
              total_.data(),
              bodies.velocity.data()->v.data(),
              poses_.data()};
-    kernel_->build(view_);
+    parts_.each_batch([&](int first, int last) { kernel_->build(view_, first, last); });
 }
 
 // Lanes without a block, and points that a lane does not have, are zero: with mass 0 they take no impulse.
@@ -211,18 +233,19 @@ void WideContacts::pack_point(const ContactPool& pool, const ContactBlock& block
     }
 }
 
+// Which sign a zero has may depend on what else is in its batch: all get the same, by + 0.0.
 WideContacts::Result WideContacts::result(int batch, int lane, int i) const {
     const WideBatch& b = batches_[batch];
     const WideWarm& warm = warm_[b.first + i];
     const WideImpulse& total = total_[b.first + i];
     Result r;
-    r.warm.position = warm.position.lane[lane];
-    r.warm.velocity = warm.velocity.lane[lane];
-    r.total.normal = total.normal.lane[lane];
+    r.warm.position = warm.position.lane[lane] + 0.0;
+    r.warm.velocity = warm.velocity.lane[lane] + 0.0;
+    r.total.normal = total.normal.lane[lane] + 0.0;
     for (int j = 0; j < 2; ++j) {
-        r.warm.friction[j] = warm.friction[j].lane[lane];
-        r.warm.friction_first[j] = warm.friction_first[j].lane[lane];
-        r.total.friction[j] = total.friction[j].lane[lane];
+        r.warm.friction[j] = warm.friction[j].lane[lane] + 0.0;
+        r.warm.friction_first[j] = warm.friction_first[j].lane[lane] + 0.0;
+        r.total.friction[j] = total.friction[j].lane[lane] + 0.0;
         r.t[j] = b.friction >= 0 ? get(frictions_[b.friction + 2 * i + j].t, lane) : Vec3(Vec3::Zero());
     }
     return r;

@@ -13,6 +13,7 @@
 
 #include "solver/contact_rows.hpp"
 #include "solver/wide_data.hpp"
+#include "solver/wide_parts.hpp"
 
 #include <vector>
 
@@ -27,8 +28,9 @@ public:
     explicit WideContacts(const WideKernel* kernel = best_wide_kernel()) : kernel_(kernel) {}
 
     // Groups the blocks of `range`, whose dynamic bodies are those of [body_begin, body_end). False: too little goes side by side to pay,
-    // or there is no kernel.
-    bool plan(const ContactPool& pool, BlockRange range, int body_begin, int body_end);
+    // or there is no kernel. With a team and the bodies, all that follows is shared out where that pays (wide_parts.hpp).
+    bool plan(const ContactPool& pool, BlockRange range, int body_begin, int body_end, const SolverBodies* bodies = nullptr,
+              Team* team = nullptr);
 
     // Takes over the planned blocks, oriented (orient_block), with their warm impulses, and builds their rows at the poses of the bodies
     // [begin, end); totals start at 0. Asks nothing of the pool's rows but their tangents.
@@ -52,15 +54,53 @@ public:
     // Copies the poses of bodies [begin, end), for rows to be built at.
     void copy_poses(const SolverBodies& bodies, int begin, int end);
 
-    const WideKernel& kernel() const { return *kernel_; }
-    const WideView& view() const { return view_; }
+    // The stages of a substep over all batches: names and meaning as in contact_rows.hpp. Sweeps return the largest change.
+    void start_first(Real h) {
+        in_order([=](const WideKernel& k, const WideView& s, int begin, int end) { k.start_first(s, begin, end, h); });
+    }
+    Real sweep_normals() {
+        return parts_.in_order([this](int begin, int end) { return kernel_->sweep_normals(view_, begin, end); });
+    }
+    Real sweep_velocities() {
+        return parts_.in_order([this](int begin, int end) { return kernel_->sweep_velocities(view_, begin, end); });
+    }
+    void hold(Real h, Real rate) {
+        in_order([=](const WideKernel& k, const WideView& s, int begin, int end) { k.hold(s, begin, end, h, rate); });
+    }
+    void push() {
+        in_order([](const WideKernel& k, const WideView& s, int begin, int end) { k.push(s, begin, end); });
+    }
+    void advance(Real h, Real tolerance) {
+        parts_.each_batch([&](int begin, int end) { kernel_->advance(view_, begin, end, h, tolerance); });
+    }
+    void start_second() {
+        in_order([](const WideKernel& k, const WideView& s, int begin, int end) { k.start_second(s, begin, end); });
+    }
+    void close() {
+        parts_.each_batch([&](int begin, int end) { kernel_->close(view_, begin, end); });
+    }
+    // f(begin, end) over the planned dynamic bodies, in any order. Returns the sum of what f returns.
+    template <class F>
+    std::uint64_t each_body(F&& f) {
+        return parts_.each_body(f);
+    }
 
+    // Into so many parts that may be swept side by side.
+    int part_count() const { return parts_.count(); }
     int batch_count() const { return static_cast<int>(batch_begin_.size()) - 1; }
     // The planned blocks of a batch in the pool's numbers: `lanes` of them, at most kLanes.
     int lanes_of(int batch) const { return batch_begin_[batch + 1] - batch_begin_[batch]; }
     int block_of(int batch, int lane) const { return order_[batch_begin_[batch] + lane]; }
 
 private:
+    template <class F>
+    void in_order(F&& f) {
+        parts_.in_order([&](int begin, int end) {
+            f(*kernel_, view_, begin, end);
+            return 0.0;
+        });
+    }
+    void cut_batches(BlockRange range, const ContactPool& pool, int levels);
     void pack_batch(const ContactPool& pool, int batch);
     void clear_batch(const WideBatch& batch);
     bool is_full(const ContactPool& pool, int batch) const;
@@ -69,7 +109,8 @@ private:
 
     const WideKernel* kernel_;
     WideView view_{};
-    std::vector<int> order_;        // blocks by level
+    WideParts parts_;
+    std::vector<int> order_;        // blocks by part and level
     std::vector<int> batch_begin_;  // size batches + 1, in order_
     std::vector<int> level_;        // of a block
     std::vector<int> next_level_;   // of a body: the first level that may touch it again

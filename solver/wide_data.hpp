@@ -76,9 +76,10 @@ struct WidePose {
     double I2[3], unused5;
 };
 
+constexpr int kVelocityStride = 8;
+
 // Everything that a kernel works on. Impulses of normal rows and of friction rows lie apart: the first solve and the push need no others.
 struct WideView {
-    int batch_count;
     WideBatch* batches;
     WideBatchBuild* builds;
     WideNormal* normals;      // size p
@@ -90,22 +91,23 @@ struct WideView {
     Wide* friction_held;      // size f
     WideWarm* warm;           // size p
     WideImpulse* total;       // size p
-    double* velocity;         // (v, w) of each body: BodyVelocity
+    double* velocity;         // (v, w) of each body, in kVelocityStride doubles: BodyVelocity
     const WidePose* poses;    // of each body
 };
 
-// The stages of a substep (names and meaning as in contact_rows.hpp), for one instruction set. Every set gives the same bits.
+// The stages of a substep (names and meaning as in contact_rows.hpp) over the batches [begin, end), for one instruction set. Every set
+// gives the same bits.
 struct WideKernel {
     const char* name;
-    void (*build)(const WideView&);                  // all rows, at the start of a step; normals and tangents are there
-    void (*start_first)(const WideView&, double h);  // sets the targets of the gaps, too
-    double (*sweep_normals)(const WideView&);
-    double (*sweep_velocities)(const WideView&);
-    void (*hold)(const WideView&, double h, double rate);  // sets the targets of the push, too
-    void (*push)(const WideView&);
-    void (*advance)(const WideView&, double h, double tolerance);
-    void (*start_second)(const WideView&);  // release and warm start; sets the targets of the velocities, too
-    void (*close)(const WideView&);
+    void (*build)(const WideView&, int begin, int end);                  // all rows, at the start of a step; normals and tangents are there
+    void (*start_first)(const WideView&, int begin, int end, double h);  // sets the targets of the gaps, too
+    double (*sweep_normals)(const WideView&, int begin, int end);
+    double (*sweep_velocities)(const WideView&, int begin, int end);
+    void (*hold)(const WideView&, int begin, int end, double h, double rate);  // sets the targets of the push, too
+    void (*push)(const WideView&, int begin, int end);
+    void (*advance)(const WideView&, int begin, int end, double h, double tolerance);
+    void (*start_second)(const WideView&, int begin, int end);  // release and warm start; sets the targets of the velocities, too
+    void (*close)(const WideView&, int begin, int end);
 };
 
 extern const WideKernel kPortableWideKernel;

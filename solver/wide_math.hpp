@@ -117,7 +117,8 @@ CAIRN_WIDE_INLINE void gather4(const double* l0, const double* l1, const double*
 
 // (v, w) of four bodies: six doubles each.
 CAIRN_WIDE_INLINE void gather_velocity(const double* velocity, const int* body, Vec& v, Vec& w) {
-    const double *l0 = velocity + 6 * body[0], *l1 = velocity + 6 * body[1], *l2 = velocity + 6 * body[2], *l3 = velocity + 6 * body[3];
+    const double *l0 = velocity + kVelocityStride * body[0], *l1 = velocity + kVelocityStride * body[1];
+    const double *l2 = velocity + kVelocityStride * body[2], *l3 = velocity + kVelocityStride * body[3];
     gather4(l0, l1, l2, l3, v, w.x);
     const V2 q0 = *reinterpret_cast<const V2Unaligned*>(l0 + 4), q1 = *reinterpret_cast<const V2Unaligned*>(l1 + 4);
     const V2 q2 = *reinterpret_cast<const V2Unaligned*>(l2 + 4), q3 = *reinterpret_cast<const V2Unaligned*>(l3 + 4);
@@ -132,7 +133,7 @@ CAIRN_WIDE_INLINE void scatter_velocity(double* velocity, const int* body, unsig
     const V4 low = __builtin_shufflevector(w.y, w.z, 0, 4, 2, 6), high = __builtin_shufflevector(w.y, w.z, 1, 5, 3, 7);
     const auto put = [&](int lane, const V4& head, const V2& tail) __attribute__((always_inline)) {
         if (!(moves >> lane & 1)) return;
-        double* p = velocity + 6 * body[lane];
+        double* p = velocity + kVelocityStride * body[lane];
         *reinterpret_cast<V4Unaligned*>(p) = head;
         *reinterpret_cast<V2Unaligned*>(p + 4) = tail;
     };

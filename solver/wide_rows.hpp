@@ -42,8 +42,8 @@ CAIRN_WIDE_INLINE V4 gap_target(const WidePoint& p, double h, double rate) {
     return select(gap > 0, -gap / all(h), all(-rate) * gap / all(h));
 }
 
-static void start_first(const WideView& s, double h) {
-    for (int k = 0; k < s.batch_count; ++k) {
+static void start_first(const WideView& s, int begin, int end, double h) {
+    for (int k = begin; k < end; ++k) {
         const WideBatch& batch = s.batches[k];
         BatchVelocity u = velocity_of(s, batch);
         const Vec n = load(batch.n);
@@ -101,9 +101,9 @@ CAIRN_WIDE_INLINE V4 sweep_batch_friction(const WideView& s, const WideBatch& ba
     return change;
 }
 
-static double sweep_normals(const WideView& s) {
+static double sweep_normals(const WideView& s, int begin, int end) {
     V4 most = all(0);
-    for (int k = 0; k < s.batch_count; ++k) {
+    for (int k = begin; k < end; ++k) {
         const WideBatch& batch = s.batches[k];
         BatchVelocity u = velocity_of(s, batch);
         most = larger(most, sweep_batch_normals(s, batch, u) * load(batch.max_inv_mass));
@@ -138,8 +138,8 @@ CAIRN_WIDE_INLINE void push_evenly(const WideView& s, const WideBatch& batch, Ba
     apply(u, batch, count * n, sum, lambda);
 }
 
-static void push(const WideView& s) {
-    for (int k = 0; k < s.batch_count; ++k) {
+static void push(const WideView& s, int begin, int end) {
+    for (int k = begin; k < end; ++k) {
         const WideBatch& batch = s.batches[k];
         BatchVelocity u = velocity_of(s, batch);
         if (batch.count > 1) push_evenly(s, batch, u);
@@ -148,9 +148,9 @@ static void push(const WideView& s) {
     }
 }
 
-static double sweep_velocities(const WideView& s) {
+static double sweep_velocities(const WideView& s, int begin, int end) {
     V4 most = all(0);
-    for (int k = 0; k < s.batch_count; ++k) {
+    for (int k = begin; k < end; ++k) {
         const WideBatch& batch = s.batches[k];
         BatchVelocity u = velocity_of(s, batch);
         V4 change = sweep_batch_normals(s, batch, u);
@@ -178,8 +178,8 @@ CAIRN_WIDE_INLINE void return_warm_friction(const WideView& s, const WideBatch& 
     store_velocity(s, batch, u);
 }
 
-static void hold(const WideView& s, double h, double rate) {
-    for (int k = 0; k < s.batch_count; ++k) {
+static void hold(const WideView& s, int begin, int end, double h, double rate) {
+    for (int k = begin; k < end; ++k) {
         const WideBatch& batch = s.batches[k];
         if (batch.friction >= 0) return_warm_friction(s, batch);
         for (int i = 0; i < batch.count; ++i) {
@@ -194,8 +194,8 @@ static void hold(const WideView& s, double h, double rate) {
     }
 }
 
-static void start_second(const WideView& s) {
-    for (int k = 0; k < s.batch_count; ++k) {
+static void start_second(const WideView& s, int begin, int end) {
+    for (int k = begin; k < end; ++k) {
         const WideBatch& batch = s.batches[k];
         BatchVelocity u = velocity_of(s, batch);
         const Vec n = load(batch.n);
@@ -220,8 +220,8 @@ static void start_second(const WideView& s) {
     }
 }
 
-static void close(const WideView& s) {
-    for (int k = 0; k < s.batch_count; ++k) {
+static void close(const WideView& s, int begin, int end) {
+    for (int k = begin; k < end; ++k) {
         const WideBatch& batch = s.batches[k];
         for (int i = 0; i < batch.count; ++i) {
             const int p = batch.first + i;
