@@ -1,3 +1,4 @@
+#include "apps/cli/bench/results.hpp"
 #include "tests/cli/program.hpp"
 #include "tests/support/catch.hpp"
 
@@ -130,6 +131,25 @@ TEST_CASE("a benchmark that was broken off goes on where it stopped, and refuses
     write_text(folder.file("rows.jsonl"), other);
     CHECK(run_cairn(command).exit_code == 2);
     CHECK(run_cairn(command + " --mixed").exit_code == 0);
+}
+
+TEST_CASE("the shards of a benchmark together are the undivided one: same rows in the same order, same errors and states") {
+    const TemporaryFolder folder;
+    const std::string command =
+        "bench --scene bounce --scene slider --scene stack_5 --engines cairn --dt 1/60,1/120 --repeats 1 --no-profile ";
+    REQUIRE(run_cairn(command + "--out " + folder.file("whole")).exit_code == 0);
+    for (const char* shard : {"1", "2", "3", "4"})
+        REQUIRE(run_cairn(command + "--shard " + shard + "/4 --out " + folder.file("parts/") + shard).exit_code == 0);
+    std::vector<cairn::cli::Machine> one, four;
+    const std::vector<cairn::cli::BenchRow> whole = cairn::cli::read_results(folder.file("whole"), one),
+                                            parts = cairn::cli::read_results(folder.file("parts"), four);
+    CHECK(four.size() == 4);
+    REQUIRE(parts.size() == whole.size());
+    for (std::size_t k = 0; k < whole.size(); ++k) {
+        CHECK(parts[k].id == whole[k].id);
+        CHECK(parts[k].error == whole[k].error);
+        CHECK(parts[k].state_hash == whole[k].state_hash);
+    }
 }
 
 TEST_CASE("over several steps the order of convergence is printed and kept") {
