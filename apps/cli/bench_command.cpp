@@ -126,6 +126,7 @@ int print_comparison(const Arguments& a, const std::vector<BenchRow>& now) {
     const std::vector<BenchRow> before = read_result_file(a.compare, machine);
     const Comparison c = compare_results(before, now, a.limits);
     fmt::print("\nCompared with {} (commit {}, {}): {} cases\n", a.compare, machine.commit, machine.cpu, c.compared);
+    if (c.other_settings > 0) fmt::print("{} of them have other settings there\n", c.other_settings);
     const auto list = [](const char* what, const std::vector<std::string>& lines) {
         if (!lines.empty()) fmt::print("{}:\n  {}\n", what, fmt::join(lines, "\n  "));
     };

@@ -8,15 +8,32 @@
 
 namespace cairn::cli {
 
+namespace {
+
+// The one row of the same scene, engine and step, whatever its other settings; null if there is none or there are several.
+const BenchRow* only_like(const std::vector<BenchRow>& rows, const BenchRow& wanted) {
+    const BenchRow* found = nullptr;
+    for (const BenchRow& row : rows) {
+        if (row.scene != wanted.scene || row.engine != wanted.engine || row.dt_text != wanted.dt_text) continue;
+        if (found != nullptr) return nullptr;
+        found = &row;
+    }
+    return found;
+}
+
+}  // namespace
+
 Comparison compare_results(const std::vector<BenchRow>& before, const std::vector<BenchRow>& now, const CompareLimits& limits) {
     std::map<std::string, const BenchRow*> old;
     for (const BenchRow& row : before) old[row.id] = &row;
     Comparison result;
     for (const BenchRow& row : now) {
         const auto found = old.find(row.id);
-        if (found == old.end()) continue;
-        const BenchRow& was = *found->second;
+        const BenchRow* other = found == old.end() ? only_like(before, row) : found->second;
+        if (other == nullptr) continue;
+        const BenchRow& was = *other;
         ++result.compared;
+        result.other_settings += found == old.end() ? 1 : 0;
         if (row.status != was.status) {
             const std::string change = fmt::format("{}: {} (was {}) {}", row.id, row.status, was.status, row.note);
             (row.status == "ok" ? result.better : result.worse).push_back(change);

@@ -14,11 +14,13 @@ struct CompareLimits {
 
 struct Comparison {
     int compared = 0;
+    int other_settings = 0;           // of them, cases that the older results have with other settings only
     std::vector<std::string> worse;   // sentences: errors that grew, runs that failed and did not before
     std::vector<std::string> better;  // errors that shrank by as much
     std::vector<std::string>
         slower;  // instruction counts where both have them; else times, which mean little unless one quiet machine measured both
 };
+// Cases are matched by all that they ask for; one that the older results do not have, with the only one of the same scene, engine and step.
 Comparison compare_results(const std::vector<BenchRow>& before, const std::vector<BenchRow>& now, const CompareLimits& limits);
 
 }  // namespace cairn::cli

@@ -8,7 +8,8 @@ namespace cairn::cli {
 // Whether there is a valgrind to count with.
 bool can_count_instructions();
 
-// Of the whole process, with the reading of the scene. 0 if it does not end well. The case must be one of Cairn's.
+// Of the steps alone, without the program's start and the reading of the scene. 0 if it does not end well, or if the program holds no names
+// of functions (it was stripped). The case must be one of Cairn's.
 double count_instructions(const BenchCase& c);
 
 }  // namespace cairn::cli

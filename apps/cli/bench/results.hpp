@@ -30,7 +30,7 @@ struct BenchRow {
     std::vector<double> walls;         // [s] in the engine's steps, one a repeat
     std::vector<double> step_medians;  // [s]
     std::vector<double> phases;        // [s] of one more run with the engine's clock on, by Phase, and the rest; empty: not measured
-    double instructions = 0;           // of one run, counted by callgrind; 0: not counted
+    double instructions = 0;           // of the steps of one run, counted by callgrind; 0: not counted
     std::string state_hash;            // of the first repeat
     bool same_states = true;           // of all repeats
 

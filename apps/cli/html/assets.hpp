@@ -15,7 +15,8 @@ h1 { font-size: 1.7rem; margin: .5rem 0; } h2 { font-size: 1.25rem; margin: 2rem
 p, li { max-width: 75ch; } .dim { color: var(--dim); font-size: .9rem; }
 .plots { display: grid; grid-template-columns: repeat(auto-fill, minmax(min(100%, 360px), 1fr)); gap: .75rem; }
 figure { margin: 0; padding: .5rem; background: var(--soft); border-radius: 8px; color: var(--ink); }
-figure svg { width: 100%; height: auto; display: block; } .wide svg { max-width: 1000px; }
+figure svg { width: 100%; height: auto; display: block; } .wide svg { max-width: 1000px; } .wide figure + figure { margin-top: .75rem; }
+@media (max-width: 700px) { .wide figure { overflow-x: auto; } .wide svg { min-width: 680px; } }
 figcaption { font-size: .8rem; padding: .25rem; } .legend span { white-space: nowrap; margin-right: .75rem; font-size: .85rem; }
 .legend i { display: inline-block; width: .8em; height: .8em; margin-right: .3em; border-radius: 2px; }
 .phases { font-size: .85rem; font-variant-numeric: tabular-nums; columns: 2 30rem; column-gap: 2rem; }

@@ -174,6 +174,7 @@ std::string threads_script(const std::vector<BenchRow>& rows) {
     std::sort(longest.begin(), longest.end(), [](const BenchRow* a, const BenchRow* b) { return a->step_median() > b->step_median(); });
     if (longest.size() > kMostLines) longest.resize(kMostLines);
     if (longest.empty()) return {};
+    int most = 1;
     std::string script = kCommon;
     std::vector<std::string> plots;
     for (std::size_t k = 0; k < longest.size(); ++k) {
@@ -182,6 +183,7 @@ std::string threads_script(const std::vector<BenchRow>& rows) {
         points.push_back(&one);
         std::sort(points.begin(), points.end(), [](const BenchRow* a, const BenchRow* b) { return a->threads < b->threads; });
         script += fmt::format("$line{} << EOD\n", k);
+        most = std::max(most, points.back()->threads);
         for (const BenchRow* p : points) script += fmt::format("{} {:.4g}\n", p->threads, one.wall_median() / p->wall_median());
         script += "EOD\n";
         plots.push_back(fmt::format("$line{0} using 1:2 with linespoints pt 7 ps 0.6 lw 1.4 lc rgb '{1}' title {2}", k, colour(k),
@@ -190,7 +192,8 @@ std::string threads_script(const std::vector<BenchRow>& rows) {
     script +=
         "set title 'Speed-up over threads, the scenes with the longest steps of 1/60 s'\nset xlabel 'threads'\nset ylabel 'time on one / "
         "time'\n"
-        "set key above horizontal maxrows 2\nset xtics 1\nset yrange [0:]\nset offsets 0.1, 0.1, 0, 0\n";
+        "set key above horizontal maxrows 2\nset xtics 1\nset yrange [0:]\n";
+    script += fmt::format("set xrange [0.8:{}.2]\n", most);
     plot_lines(script, plots);
     return script;
 }

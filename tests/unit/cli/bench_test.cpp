@@ -138,6 +138,28 @@ TEST_CASE("a comparison finds what got less accurate, fails anew or is slower be
     CHECK(compare_results(before, now, {}).slower.empty());
 }
 
+TEST_CASE("a case with other settings is compared with the only one of its scene, engine and step; instructions come before times") {
+    const std::vector<BenchRow> before = {row("cairn", 1, 0.1), row("b", 1, 0.1)};
+    std::vector<BenchRow> now = before;
+    now[0].id += " substeps=8";
+    now[0].walls = {2};
+    CHECK(compare_results(before, now, {}).compared == 2);
+    CHECK(compare_results(before, now, {}).other_settings == 1);
+    CHECK(compare_results(before, now, {}).slower.size() == 1);
+    std::vector<BenchRow> counted = before;
+    counted[0].instructions = 1000;
+    now[0].instructions = 1015;  // within 2 %, whatever the time
+    CHECK(compare_results(counted, now, {}).slower.empty());
+    now[0].instructions = 1025;
+    REQUIRE(compare_results(counted, now, {}).slower.size() == 1);
+    CHECK(compare_results(counted, now, {}).slower[0].find("1025 instructions (was 1000)") != std::string::npos);
+    counted.push_back(counted[0]);
+    counted[2].id += " substeps=1";
+    CHECK(compare_results(counted, now, {}).compared == 1);  // of two, neither
+    now[0].dt_text = "1/61";
+    CHECK(compare_results(before, now, {}).compared == 1);
+}
+
 TEST_CASE("the bisection finds the highest rung that holds, and why the next does not") {
     for (int limit = -1; limit < 12; ++limit) {
         int asked = 0;
