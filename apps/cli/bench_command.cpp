@@ -183,7 +183,8 @@ void add_options(CLI::App& command, Arguments& a) {
     command.add_flag("--work-precision", r.work_precision,
                      "Only the scenes whose truth is known to many digits, at steps of 1/30 to 1/1920: orders of convergence");
     command.add_option("--engines", r.engines,
-                       fmt::format("List of engines (of {}); default: cairn and the best of each", fmt::join(engine_names(), ", ")));
+                       fmt::format("List of engines (of {}), or none but those of --engine; default: cairn and the best of each",
+                                   fmt::join(engine_names(), ", ")));
     command.add_option("--engine", r.external, "NAME=PATH of a program that follows the runner protocol; may be given again")
         ->allow_extra_args(false);
     command.add_option("--dt", r.dt, "List of steps [s], as in 1/60,1/240");

@@ -186,6 +186,7 @@ std::vector<std::optional<SolverChoice>> solvers_of(const EngineChoice& engine, 
 }
 
 std::vector<EngineChoice> engines_of(const BenchRequest& r) {
+    if (r.engines == "none") return parse_engines("", r.external);
     if (!r.engines.empty()) return parse_engines(r.engines, r.external);
     // Of each other engine the best it has: double precision, default solver. The variants are there by name.
     std::string found = "cairn";
@@ -236,7 +237,7 @@ std::string BenchCase::command() const {
     const bool by_name = path.empty() || fs::path(path) == fs::path(shipped_scene_folder()) / (file->scene.name + ".json");
     std::string text = fmt::format("cairn bench --scene {} --dt {}", by_name ? file->scene.name : path, dt);
     text += engine.path.empty() ? fmt::format(" --engines {}", engine.name)
-                                : fmt::format(" --engines '' --engine {}={}", engine.name, engine.path);
+                                : fmt::format(" --engines none --engine {}={}", engine.name, engine.path);
     if (settings.solver) text += fmt::format(" --solver {}", solver_name(*settings.solver));
     if (settings.substeps) text += fmt::format(" --substeps {}", *settings.substeps);
     if (settings.iterations) text += fmt::format(" --iterations {}", *settings.iterations);

@@ -14,7 +14,7 @@ struct BenchRequest {
     std::string filter;                 // part of a scene's name
     std::vector<std::string> scenes;    // exact names or files; empty: all
     std::string folder;                 // scene files of this folder instead of the shipped and generated ones
-    std::string engines;                // empty: Cairn and the adapters of this build
+    std::string engines;                // empty: Cairn and the adapters of this build; "none": the external ones alone
     std::vector<std::string> external;  // NAME=PATH
     std::string solvers, dt, substeps, iterations, residual_tolerances, tolerances;
     std::string threads;          // Cairn's; empty: 1

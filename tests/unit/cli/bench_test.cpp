@@ -94,6 +94,19 @@ TEST_CASE("a case's command names its engine, step and solver") {
     CHECK(command == "cairn bench --scene stack_5 --dt 1/90 --engines cairn --solver si --iterations 7");
 }
 
+TEST_CASE("an external program's command repeats its run alone") {
+    BenchRequest r;
+    r.scenes = {"stack_5"};
+    r.engines = "none";
+    r.external = {"other=/bin/true"};
+    r.dt = "1/90";
+    const std::vector<BenchCase> cases = plan_cases(r);
+    REQUIRE(cases.size() == 1);
+    CHECK(cases.front().command() == "cairn bench --scene stack_5 --dt 1/90 --engines none --engine other=/bin/true");
+    r.external.clear();
+    CHECK_THROWS_AS(plan_cases(r), Error);
+}
+
 TEST_CASE("the Pareto front holds what nothing beats in both time and error") {
     const std::vector<BenchRow> rows = {row("cairn", 2, 0.1), row("a", 1, 0.5), row("b", 3, 0.2), row("c", 4, 0.01), row("d", 0.5, 0.9)};
     std::vector<std::string> names;
