@@ -17,16 +17,18 @@ struct SolverBody {
     Vec3 direction(const Vec3& d_B) const { return same_frame ? d_B : Vec3(X_SB.R * d_B); }
 };
 
-void set_solver_body(WorldData& world, IslandWorkspace& work, std::uint32_t body, SiIsland& island, SolverBody& out) {
+// One that is in the solver, or cannot move.
+void find_solver_body(const WorldData& world, const IslandWorkspace& work, std::uint32_t body, SolverBody& out) {
     out.same_frame = true;
     out.index = work.solver_index[body];
-    if (out.index >= 0) return;
+    if (out.index < 0) out = {kImmovable, false, world.bodies[body].transform()};
+}
+
+// The same, and kinematic bodies, which it adds to the island.
+void set_solver_body(WorldData& world, IslandWorkspace& work, std::uint32_t body, SiIsland& island, SolverBody& out) {
     const Body& b = world.bodies[body];
-    if (b.type == BodyType::kKinematic && b.enabled) {
-        out.index = add_kinematic(world, work, body, island);
-        return;
-    }
-    out = {kImmovable, false, b.transform()};
+    if (work.solver_index[body] < 0 && b.type == BodyType::kKinematic && b.enabled) add_kinematic(world, work, body, island);
+    find_solver_body(world, work, body, out);
 }
 
 // t₁: along the slip; where that is slower than what the external acceleration makes in the step, along the slip that it will make; where
@@ -87,7 +89,7 @@ bool has_friction(const WorldData& world, const Contact& c) {
     return c.mu > 0 && world.settings.model.friction != FrictionModel::kNone;
 }
 
-// The block's torsional and rolling friction: the larger coefficient of the two bodies.
+// The last block's torsional and rolling friction: the larger coefficient of the two bodies.
 void add_spin(WorldData& world, ContactPool& pool, const Contact& c, const CachedManifold& m) {
     const BodyInfo &a = world.info[c.body_a], &b = world.info[c.body_b];
     SpinRow row;
@@ -99,15 +101,15 @@ void add_spin(WorldData& world, ContactPool& pool, const Contact& c, const Cache
     pool.spins.push_back(row);
 }
 
-void build_manifold(WorldData& world, IslandWorkspace& work, Real dt, const Contact& c, CachedManifold& m, const SolverBody& a,
-                    const SolverBody& b, SiIsland& island) {
+// Builds the block at `place`, for which there must be room, and moves on to the next place.
+void build_manifold(const WorldData& world, IslandWorkspace& work, Real dt, const Contact& c, CachedManifold& m, const SolverBody& a,
+                    const SolverBody& b, ContactPlace& place) {
     ContactPool& pool = work.contact_pool;
-    pool.make_room(m.count, 2 * m.count);
     ContactBlock block;
     block.a = a.index;
     block.b = b.index;
-    block.first = static_cast<int>(pool.point_count);
-    pool.point_count += m.count;
+    block.first = static_cast<int>(place.point);
+    place.point += m.count;
     block.count = m.count;
     block.n = m.n;
     block.frame = normal_frame(m.owner);
@@ -116,14 +118,14 @@ void build_manifold(WorldData& world, IslandWorkspace& work, Real dt, const Cont
     block.inv_mass_b = work.solver_bodies.motion[b.index].inv_mass;
     block.mu = c.mu;
     block.restitution = c.restitution;
-    island.has_bounce |= c.restitution > 0;
+    place.has_bounce |= c.restitution > 0;
     block.inv_mass_sum = block.inv_mass_a + block.inv_mass_b;
     block.share_a = block.inv_mass_a / block.inv_mass_sum;
     block.share_b = block.inv_mass_b / block.inv_mass_sum;
     const FrictionModel friction = world.settings.model.friction;
     if (has_friction(world, c)) {
-        block.friction = static_cast<int>(pool.friction_count);
-        pool.friction_count += 2 * m.count;
+        block.friction = static_cast<int>(place.friction);
+        place.friction += 2 * m.count;
     }
     const Pull pull = external_pull(work.solver_bodies, block, dt);
     const Transform X_WA(work.solver_bodies.motion[a.index].R, work.solver_bodies.motion[a.index].x);
@@ -150,8 +152,70 @@ void build_manifold(WorldData& world, IslandWorkspace& work, Real dt, const Cont
             p.t1 = rows[0].t;
         }
     }
-    pool.blocks.push_back(block);
-    if (world.has_spin_friction && friction != FrictionModel::kNone) add_spin(world, pool, c, m);
+    pool.blocks[place.block++] = block;
+}
+
+// One after the other; kinematic bodies are added to the island as they are met.
+void build_in_turn(WorldData& world, IslandWorkspace& work, Real dt, const std::uint32_t* slots, int count, SiIsland& island) {
+    ContactPool& pool = work.contact_pool;
+    SolverBody a, b;
+    ContactPlace place{pool.blocks.size(), pool.point_count, pool.friction_count};
+    for (int k = 0; k < count; ++k) {
+        Contact& c = world.contacts.slots()[slots[k]];
+        if (k + kPrefetchAhead < count) prefetch_manifold(world.contacts.slots()[slots[k + kPrefetchAhead]]);
+        set_solver_body(world, work, c.body_a, island, a);
+        set_solver_body(world, work, c.body_b, island, b);
+        for (int i = 0; i < c.manifold_count; ++i) {
+            CachedManifold& m = c.manifold(i);
+            if (m.count == 0) continue;
+            pool.make_room(m.count, 2 * m.count);
+            pool.blocks.emplace_back();
+            build_manifold(world, work, dt, c, m, a, b, place);
+            pool.point_count = place.point;
+            pool.friction_count = place.friction;
+            if (world.has_spin_friction && world.settings.model.friction != FrictionModel::kNone) add_spin(world, pool, c, m);
+            work.block_sources.push_back({slots[k], static_cast<std::uint32_t>(i)});
+        }
+    }
+    island.has_bounce |= place.has_bounce;
+}
+
+// The same by a team, in pieces whose places are counted beforehand. No kinematic bodies, no torsional or rolling friction.
+void build_side_by_side(WorldData& world, IslandWorkspace& work, Real dt, const std::uint32_t* slots, int count, SiIsland& island) {
+    constexpr std::size_t kPiece = 64;
+    ContactPool& pool = work.contact_pool;
+    std::vector<Contact>& contacts = world.contacts.slots();
+    ContactPlace place{pool.blocks.size(), pool.point_count, pool.friction_count};
+    work.places.clear();
+    for (int k = 0; k < count; ++k) {
+        if (k % kPiece == 0) work.places.push_back(place);
+        const Contact& c = contacts[slots[k]];
+        place.point += c.point_count;
+        if (has_friction(world, c)) place.friction += 2 * c.point_count;
+        if (c.manifold_count == 1) place.block += c.point_count > 0;
+        for (int i = 0; i < c.manifold_count && c.manifold_count > 1; ++i) place.block += c.manifold(i).count > 0;
+    }
+    pool.make_room(place.point - pool.point_count, place.friction - pool.friction_count);
+    pool.blocks.resize(place.block);
+    work.block_sources.resize(place.block);
+    pool.point_count = place.point;
+    pool.friction_count = place.friction;
+    work.team->for_pieces(static_cast<std::size_t>(count), kPiece, [&](std::size_t begin, std::size_t end, int) {
+        ContactPlace& at = work.places[begin / kPiece];
+        SolverBody a, b;
+        for (std::size_t k = begin; k < end; ++k) {
+            Contact& c = contacts[slots[k]];
+            if (k + kPrefetchAhead < end) prefetch_manifold(contacts[slots[k + kPrefetchAhead]]);
+            find_solver_body(world, work, c.body_a, a);
+            find_solver_body(world, work, c.body_b, b);
+            for (int i = 0; i < c.manifold_count; ++i) {
+                if (c.manifold(i).count == 0) continue;
+                work.block_sources[at.block] = {slots[k], static_cast<std::uint32_t>(i)};
+                build_manifold(world, work, dt, c, c.manifold(i), a, b, at);
+            }
+        }
+    });
+    for (const ContactPlace& at : work.places) island.has_bounce |= at.has_bounce;
 }
 
 void store_point(CachedPoint& p, const WarmImpulse& warm, const PointImpulse& total) {
@@ -179,11 +243,11 @@ void prefetch_points(const CachedManifold& m, int count) {
 }
 
 // Batches take their blocks from anywhere, so the manifolds of those to come are asked for.
-void store_wide(WorldData& world, IslandWorkspace& work) {
+void store_wide(WorldData& world, IslandWorkspace& work, int begin, int end) {
     constexpr int kAhead = 2;  // batches
     const WideContacts& wide = work.wide_contacts;
-    for (int k = 0; k < wide.batch_count(); ++k) {
-        for (int l = 0; k + kAhead < wide.batch_count() && l < wide.lanes_of(k + kAhead); ++l)
+    for (int k = begin; k < end; ++k) {
+        for (int l = 0; k + kAhead < end && l < wide.lanes_of(k + kAhead); ++l)
             prefetch_points(source_of(world, work, wide.block_of(k + kAhead, l)),
                             work.contact_pool.blocks[wide.block_of(k + kAhead, l)].count);
         for (int l = 0; l < wide.lanes_of(k); ++l) {
@@ -202,24 +266,21 @@ void store_wide(WorldData& world, IslandWorkspace& work) {
 
 void build_contact_blocks(WorldData& world, IslandWorkspace& work, Real dt, const std::vector<std::uint32_t>& order, int begin, int end,
                           SiIsland& island) {
-    SolverBody a, b;
-    for (int k = begin; k < end; ++k) {
-        Contact& c = world.contacts.slots()[order[k]];
-        if (k + kPrefetchAhead < end) prefetch_manifold(world.contacts.slots()[order[k + kPrefetchAhead]]);
-        set_solver_body(world, work, c.body_a, island, a);
-        set_solver_body(world, work, c.body_b, island, b);
-        for (int i = 0; i < c.manifold_count; ++i) {
-            if (c.manifold(i).count == 0) continue;
-            build_manifold(world, work, dt, c, c.manifold(i), a, b, island);
-            work.block_sources.push_back({order[k], static_cast<std::uint32_t>(i)});
-        }
-    }
+    if (work.team != nullptr && !world.has_spin_friction && world.active.kinematic.numbers().empty())
+        build_side_by_side(world, work, dt, order.data() + begin, end - begin, island);
+    else
+        build_in_turn(world, work, dt, order.data() + begin, end - begin, island);
     island.contacts.end = static_cast<int>(work.contact_pool.blocks.size());
     island.spins.end = static_cast<int>(work.contact_pool.spins.size());
 }
 
 void store_contact_impulses(WorldData& world, IslandWorkspace& work, const SiIsland& island) {
-    if (work.is_island_wide) return store_wide(world, work);
+    if (work.is_island_wide) {
+        constexpr std::size_t kPiece = 32;
+        return for_pieces(
+            work.team, static_cast<std::size_t>(work.wide_contacts.batch_count()), kPiece,
+            [&](std::size_t first, std::size_t last, int) { store_wide(world, work, static_cast<int>(first), static_cast<int>(last)); });
+    }
     const ContactPool& pool = work.contact_pool;
     for (int k = island.contacts.begin; k < island.contacts.end; ++k) {
         if (k + kPrefetchAhead < island.contacts.end)

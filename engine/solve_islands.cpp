@@ -68,16 +68,23 @@ SiIsland build_island(WorldData& world, IslandWorkspace& work, int index, Real d
     return island;
 }
 
+void store_bodies(WorldData& world, IslandWorkspace& work, IndexRange bodies, int solver_begin) {
+    constexpr std::size_t kPiece = 64;
+    const std::size_t count = static_cast<std::size_t>(bodies.end - bodies.begin);
+    for_pieces(work.team, count, kPiece, [&](std::size_t begin, std::size_t end, int worker) {
+        for (std::size_t k = begin; k < end; ++k) {
+            const BodyMotion& m = work.solver_bodies.motion[solver_begin + k];
+            const BodyVelocity& u = work.solver_bodies.velocity[solver_begin + k];
+            const std::uint32_t body = world.islands.body_list()[bodies.begin + k];
+            world.bodies[body].stands = false;
+            IslandWorkspace& own = work.team != nullptr ? world.workspaces[worker] : work;
+            if (!accept_state(world.bodies[body], {m.q, m.x}, u.v, u.w)) own.broken.push_back(body);
+        }
+    });
+}
+
 void store_island(WorldData& world, IslandWorkspace& work, int index, const SiIsland& island) {
-    const IndexRange bodies = world.islands.bodies(index);
-    for (int k = bodies.begin; !work.island_stands && k < bodies.end; ++k) {
-        const int i = island.body_begin + k - bodies.begin;
-        const BodyMotion& m = work.solver_bodies.motion[i];
-        const std::uint32_t body = world.islands.body_list()[k];
-        world.bodies[body].stands = false;
-        const BodyVelocity& u = work.solver_bodies.velocity[i];
-        if (!accept_state(world.bodies[body], {m.q, m.x}, u.v, u.w)) work.broken.push_back(body);
-    }
+    if (!work.island_stands) store_bodies(world, work, world.islands.bodies(index), island.body_begin);
     store_contact_impulses(world, work, island);
     if (work.island_stands) return note_standing(world, index);
     store_joint_impulses(world, work, island);

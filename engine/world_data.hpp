@@ -150,6 +150,12 @@ struct JointSource {
     std::uint32_t joint = 0;
 };
 
+// Where the next block goes in a ContactPool.
+struct ContactPlace {
+    std::size_t block = 0, point = 0, friction = 0;
+    bool has_bounce = false;  // one so far has restitution
+};
+
 // What one worker solves islands with, one after the other, and what it has counted. Kept for its memory.
 struct IslandWorkspace {
     Team* team = nullptr;  // that solves the island, if it is a large one; else one worker does
@@ -162,6 +168,7 @@ struct IslandWorkspace {
     RattleWorkspace rattle;
     MixedWorkspace mixed;
     std::vector<BlockSource> block_sources;
+    std::vector<ContactPlace> places;  // by piece of contacts
     std::vector<std::uint32_t> joint_sources[5];
     std::vector<int> solver_index;  // body → index in solver_bodies, this island; else −1
     std::vector<std::uint32_t> kinematic_used;

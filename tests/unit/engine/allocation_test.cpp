@@ -104,3 +104,23 @@ TEST_CASE("a step of a settled wall, swept four contacts at a time, allocates no
         for (int k = 0; k < 12; ++k) world.add_body(cube(1, {k + 0.5 * (row % 2), 0, 0.5 + row}));
     allocates_nothing(world, 0.5, 0.5);
 }
+
+TEST_CASE("a step of a pile that workers share allocates nothing") {
+    // Its workers come one after the other on the calling thread, so that each run of this test is the same.
+    class OnTheCaller : public TaskSystem {
+    public:
+        int workers() const override { return 2; }
+        void run(int count, Task task, void* context) override {
+            for (int i = 0; i < count; ++i) task(context, i, i);
+        }
+        double start_time() const override { return 0; }
+    };
+    WorldSettings settings;
+    settings.tasks = std::make_shared<OnTheCaller>();
+    settings.solver = SolverChoice::kSi;
+    World world(settings);
+    world.add_body(ground());
+    for (int k = 0; k < 200; ++k)  // layers, each on the joints of the one below; they have settled after 2.5 s
+        world.add_body(cube(0.5, {0.52 * (k % 10) + 0.26 * (k / 50 % 2), 0.52 * (k / 10 % 5), 0.25 + 0.5 * (k / 50)}));
+    allocates_nothing(world, 3, 0.5);
+}
