@@ -86,7 +86,9 @@ Order order_of_series(const std::string& series, const Points& points) {
     const bool to_floor = end < points.size() && points[end]->error <= kOrderFloor;
     if (count < 2 || (count == 2 && !to_floor)) {
         const bool near_floor = above.size() == 1 && to_floor;
-        o.note = near_floor ? "at the floor but for one step" : contacts ? "no order: contact events" : "no order: the error does not fall";
+        o.note = near_floor ? "at the floor but for one step"
+                 : contacts ? "no order: the error does not fall (there are contacts)"
+                            : "no order: the error does not fall";
         return o;
     }
     // Coarse steps that are not in the asymptotic part yet, if there is such a part; where the slope jitters all along, everything counts.

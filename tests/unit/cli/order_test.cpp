@@ -73,7 +73,7 @@ TEST_CASE("an order is measured above the floor and in the asymptotic part, and 
 
 TEST_CASE("what is at the floor, jumps or fails has no order") {
     CHECK(to_text(only(series({1e-15, 1e-14, 1e-15}))) == "at the floor");
-    CHECK(to_text(only(series({1e-3, 1.1e-3, 0.9e-3, 1e-3}, 4))) == "no order: contact events");
+    CHECK(to_text(only(series({1e-3, 1.1e-3, 0.9e-3, 1e-3}, 4))) == "no order: the error does not fall (there are contacts)");
     CHECK(to_text(only(series({1e-3, 1.1e-3, 0.9e-3, 1e-3}))) == "no order: the error does not fall");
     // An error that coarser steps did not have comes down again: no convergence.
     CHECK(!std::isfinite(only(series({1e-9, 1e-8, 1e-2, 1e-4, 1e-6}, 4)).order));
