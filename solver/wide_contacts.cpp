@@ -9,6 +9,8 @@ namespace {
 // Fewer blocks, or fewer blocks per batch, do not pay for the copies.
 constexpr int kFewestBlocks = 24;
 constexpr double kFewestLanes = 2;
+// Places for blocks of a level by their number of points: of borders, then of the others.
+constexpr int kCounts = 4, kSlots = 2 * kCounts;
 
 static_assert(sizeof(BodyVelocity) == kVelocityStride * sizeof(double), "wide kernels read (v, w) as six doubles");
 
@@ -73,33 +75,74 @@ bool WideContacts::plan(const ContactPool& pool, BlockRange range, int body_begi
     for (const int size : slots_) batches += (size + kLanes - 1) / kLanes;
     if (batches * kFewestLanes > count) return false;
     parts_.divide(pool, range, level_, levels, bodies, body_begin, body_end, team);
-    cut_batches(range, pool, levels);
+    sort_blocks(range, pool, levels);
+    last_batch_.resize(body_end - body_begin);
+    cut_batches(pool, levels, body_begin);
     return true;
 }
 
 // By part, by level, borders first, then by the number of points, so that a batch has few points that stand for nothing.
-void WideContacts::cut_batches(BlockRange range, const ContactPool& pool, int levels) {
-    constexpr int kCounts = 4, kSlots = 2 * kCounts;  // of a level
-    const int count = range.end - range.begin;
+void WideContacts::sort_blocks(BlockRange range, const ContactPool& pool, int levels) {
     const auto slot = [&](int k) {
         const int row = (parts_.part_of(k) * levels + level_[k]) * 2 + (parts_.is_border(k) ? 0 : 1);
         return row * kCounts + kCounts - pool.blocks[range.begin + k].count;
     };
+    const int count = range.end - range.begin;
     slots_.assign(parts_.count() * levels * kSlots + 1, 0);
     for (int k = 0; k < count; ++k) ++slots_[slot(k) + 1];
     for (std::size_t i = 1; i < slots_.size(); ++i) slots_[i] += slots_[i - 1];
+    fill_ = slots_;
+    sorted_.resize(count);
+    for (int k = 0; k < count; ++k) sorted_[fill_[slot(k)]++] = range.begin + k;
+}
+
+// Batches of four from each level of each part. What is free in a level's last one is filled from the next level, as far as that waits for
+// nothing in this batch: its bodies have been seen last in earlier ones. Not from borders, which wait for other parts.
+void WideContacts::cut_batches(const ContactPool& pool, int levels, int body_begin) {
+    constexpr int kMostLooks = 32;
+    std::fill(last_batch_.begin(), last_batch_.end(), -1);
+    placed_.assign(sorted_.size(), 0);
     batch_begin_.clear();
     parts_.begin_batches();
+    int size = 0, lanes = kLanes;  // of order_, and in use of the last batch
+    const auto put = [&](int i) {
+        if (lanes == kLanes) {
+            batch_begin_.push_back(size);
+            lanes = 0;
+        }
+        ++lanes;
+        placed_[i] = 1;
+        order_[size++] = sorted_[i];
+        const ContactBlock& block = pool.blocks[sorted_[i]];
+        const int batch = static_cast<int>(batch_begin_.size()) - 1;
+        if (block.inv_mass_a > 0) last_batch_[block.a - body_begin] = batch;
+        if (block.inv_mass_b > 0) last_batch_[block.b - body_begin] = batch;
+    };
+    const auto fits = [&](int i) {
+        const ContactBlock& block = pool.blocks[sorted_[i]];
+        const int batch = static_cast<int>(batch_begin_.size()) - 1;
+        return (block.inv_mass_a == 0 || last_batch_[block.a - body_begin] < batch) &&
+               (block.inv_mass_b == 0 || last_batch_[block.b - body_begin] < batch) &&
+               block.count <= pool.blocks[order_[batch_begin_.back()]].count;
+    };
     for (int row = 0; row < parts_.count() * levels; ++row) {
-        const int begin = slots_[row * kSlots], inner = slots_[row * kSlots + kCounts], end = slots_[(row + 1) * kSlots];
+        const int inner = slots_[row * kSlots + kCounts], end = slots_[(row + 1) * kSlots];
         const int first = static_cast<int>(batch_begin_.size());
-        for (int k = begin; k < end; k += kLanes) batch_begin_.push_back(k);
-        const int last = static_cast<int>(batch_begin_.size()), border = first + (inner - begin + kLanes - 1) / kLanes;
+        lanes = kLanes;
+        for (int i = slots_[row * kSlots]; i < inner; ++i) put(i);
+        const int border = static_cast<int>(batch_begin_.size());
+        for (int i = inner; i < end; ++i)
+            if (!placed_[i]) put(i);
+        if ((row + 1) % levels != 0 && size > 0) {
+            const int next = slots_[(row + 1) * kSlots + kCounts], next_end = std::min(slots_[(row + 2) * kSlots], next + kMostLooks);
+            for (int i = next; i < next_end && lanes < kLanes; ++i)
+                if (fits(i)) put(i);
+        }
+        const int last = static_cast<int>(batch_begin_.size());
         if (border > first) parts_.add_batches(row / levels, row % levels, true, first, border);
         if (last > border) parts_.add_batches(row / levels, row % levels, false, border, last);
     }
-    batch_begin_.push_back(count);
-    for (int k = 0; k < count; ++k) order_[slots_[slot(k)]++] = range.begin + k;
+    batch_begin_.push_back(size);
 }
 
 void WideContacts::pack(const ContactPool& pool, SolverBodies& bodies, int begin, int end) {

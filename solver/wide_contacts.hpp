@@ -2,9 +2,9 @@
 //
 // A row visit waits for the one before it, whatever the width of its vectors; blocks that share no dynamic body need not wait for each
 // other. Blocks are put into levels, one above the highest level of an earlier block that shares a dynamic body with them (the graph of
-// what waits for what; list scheduling), and batches of four are cut from each level. Every block still comes after the earlier ones that
-// it shares a body with, so the result of a sweep is that of the sequential one to the last bit, with any number of lanes: the order that
-// carries loads (from the ground up) stays.
+// what waits for what; list scheduling), and batches of four are cut from each level, the last one
+// filled up from the next level. Every block still comes after the earlier ones that it shares a body with, so the result of a sweep is
+// that of the sequential one to the last bit, with any number of lanes: the order that carries loads (from the ground up) stays.
 //
 // Rows with restitution stay with the sequential kernels: large islands hardly have any.
 //
@@ -100,7 +100,8 @@ private:
             return 0.0;
         });
     }
-    void cut_batches(BlockRange range, const ContactPool& pool, int levels);
+    void sort_blocks(BlockRange range, const ContactPool& pool, int levels);
+    void cut_batches(const ContactPool& pool, int levels, int body_begin);
     void pack_batch(const ContactPool& pool, int batch);
     void clear_batch(const WideBatch& batch);
     bool is_full(const ContactPool& pool, int batch) const;
@@ -110,11 +111,14 @@ private:
     const WideKernel* kernel_;
     WideView view_{};
     WideParts parts_;
-    std::vector<int> order_;        // blocks by part and level
-    std::vector<int> batch_begin_;  // size batches + 1, in order_
-    std::vector<int> level_;        // of a block
-    std::vector<int> next_level_;   // of a body: the first level that may touch it again
-    std::vector<int> slots_;        // scratch of the sort
+    std::vector<int> order_;         // blocks by part and level
+    std::vector<int> batch_begin_;   // size batches + 1, in order_
+    std::vector<int> level_;         // of a block
+    std::vector<int> next_level_;    // of a body: the first level that may touch it again
+    std::vector<int> slots_, fill_;  // scratch of the sort,
+    std::vector<int> sorted_;        // and what comes of it
+    std::vector<std::uint8_t> placed_;
+    std::vector<int> last_batch_;  // of a body: that it has been put in so far
     std::vector<WideBatch> batches_;
     std::vector<WideBatchBuild> builds_;
     std::vector<WideNormal> normals_;
