@@ -148,7 +148,7 @@ TEST_CASE("a pile has the same bits on any number of threads") {
         }
         std::vector<std::uint64_t> hashes;
         std::uint32_t most_contacts = 0;
-        for (int k = 0; k < 15; ++k) {
+        for (int k = 0; k < 10; ++k) {
             most_contacts = std::max(most_contacts, world.step(kStep).contacts);
             hashes.push_back(world.hash());
         }
