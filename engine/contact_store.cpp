@@ -39,15 +39,21 @@ void take_impulses(CachedPoint& to, const CachedPoint& from) {
     to.t1 = from.t1;
 }
 
-// Gives the points of `fresh` the impulses of those of `old`: by feature, then by distance.
-void match_points(CachedManifold& fresh, const CachedManifold& old, Real size) {
-    bool taken[kMaxManifoldPoints] = {}, matched[kMaxManifoldPoints] = {};
+// Points that have given, or been given, their impulses.
+using PointFlags = std::array<bool, kMaxManifoldPoints>;
+
+// Gives the points of `fresh` the impulses of those of `old` that have the same feature.
+void match_features(CachedManifold& fresh, PointFlags& matched, const CachedManifold& old, PointFlags& taken) {
     for (int i = 0; i < fresh.count; ++i)
         for (int k = 0; k < old.count && !matched[i]; ++k)
             if (!taken[k] && fresh.points[i].feature == old.points[k].feature) {
                 take_impulses(fresh.points[i], old.points[k]);
                 taken[k] = matched[i] = true;
             }
+}
+
+// The same by distance, for those that are left.
+void match_nearest(CachedManifold& fresh, PointFlags& matched, const CachedManifold& old, PointFlags& taken, Real size) {
     const Real reach = kMatchDistance * size;
     for (int i = 0; i < fresh.count; ++i) {
         if (matched[i]) continue;
@@ -60,7 +66,7 @@ void match_points(CachedManifold& fresh, const CachedManifold& old, Real size) {
         }
         if (best < 0) continue;
         take_impulses(fresh.points[i], old.points[best]);
-        taken[best] = true;
+        taken[best] = matched[i] = true;
     }
 }
 
@@ -102,26 +108,52 @@ void replace_single(Contact& c, const Manifold& fresh, bool is_new, const Transf
     m.warm_spin.setZero();
     if (is_new) return;
     m.warm_spin = old.warm_spin;
-    match_points(m, old, c.size);
+    PointFlags matched{}, taken{};
+    match_features(m, matched, old, taken);
+    match_nearest(m, matched, old, taken, c.size);
 }
 
-// Mesh pairs.
+// Pairs of several manifolds. Each old point's impulses go to one point at most: of the same feature before the nearest one, of the
+// manifold's own key before others.
 void replace_many(Contact& c, const Manifold* fresh, int count, const Transform& X_WA, const Transform& X_WB) {
+    struct Matched {
+        PointFlags fresh{}, old{};
+    };
     static thread_local std::vector<CachedManifold> old;
-    if (static_cast<int>(old.size()) < c.manifold_count) old.resize(c.manifold_count);
-    for (int i = 0; i < c.manifold_count; ++i) copy_points(old[i], c.manifold(i));
+    static thread_local std::vector<Matched> flags;
+    const int old_count = c.manifold_count;
+    if (static_cast<int>(old.size()) < old_count) old.resize(old_count);
+    for (int i = 0; i < old_count; ++i) copy_points(old[i], c.manifold(i));
+    flags.assign(std::max(count, old_count), {});
     for (int i = 0; i < count; ++i) {
         CachedManifold& m = c.manifold(i);
         set_manifold(m, fresh[i], X_WA, X_WB);
         for (int k = 0; k < m.count; ++k) clear_impulses(m.points[k]);
         m.warm_spin.setZero();
-        for (int j = 0; j < c.manifold_count; ++j) {
-            if (old[j].sub_key != m.sub_key && old[j].n.dot(m.n) <= 0.95) continue;
-            m.warm_spin = old[j].warm_spin;
-            match_points(m, old[j], c.size);
-            break;
-        }
     }
+    const auto for_each_pair = [&](auto f) {
+        for (int i = 0; i < count; ++i)
+            for (int j = 0; j < old_count; ++j) f(c.manifold(i), flags[i].fresh, old[j], flags[j].old);
+    };
+    const auto is_same = [](const CachedManifold& a, const CachedManifold& b) { return a.sub_key == b.sub_key; };
+    const auto has_come = [](const CachedManifold& a, const CachedManifold& b) { return a.sub_key == (b.sub_key ^ kForeseen); };
+    for_each_pair([&](CachedManifold& m, PointFlags& matched, CachedManifold& o, PointFlags& taken) {
+        if (!is_same(m, o)) return;
+        std::swap(m.warm_spin, o.warm_spin);  // given once
+        match_features(m, matched, o, taken);
+    });
+    for_each_pair([&](CachedManifold& m, PointFlags& matched, CachedManifold& o, PointFlags& taken) {
+        if (has_come(m, o)) match_features(m, matched, o, taken);
+    });
+    for_each_pair([&](CachedManifold& m, PointFlags& matched, CachedManifold& o, PointFlags& taken) {
+        if (is_same(m, o)) match_nearest(m, matched, o, taken, c.size);
+    });
+    constexpr Real kAlike = 0.95;  // cosine between normals
+    for_each_pair([&](CachedManifold& m, PointFlags& matched, CachedManifold& o, PointFlags& taken) {
+        if (is_same(m, o) || o.n.dot(m.n) <= kAlike) return;
+        if (m.warm_spin.isZero(0)) std::swap(m.warm_spin, o.warm_spin);
+        match_nearest(m, matched, o, taken, c.size);
+    });
 }
 
 void sum_up(Contact& c) {

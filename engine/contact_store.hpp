@@ -41,6 +41,9 @@ struct CachedManifold {
     std::array<CachedPoint, kMaxManifoldPoints> points;
 };
 
+// Sub-keys of manifolds that were foreseen (engine/foresight.hpp) differ by this bit from those of what was found.
+constexpr std::uint32_t kForeseen = 0x80000000u;
+
 // Where a point's surface points are: r_A on A and r_B on B, world, given the bodies' poses and the manifold's n (at these poses).
 struct SurfacePoints {
     Vec3 p_a;

@@ -1,5 +1,6 @@
 // Stage 2: brings each contact up to date, cheapest way first: nobody awake → as it was; boxes too far apart → nothing; relative pose
-// unchanged → reuse; else the narrow phase.
+// unchanged → reuse; else the narrow phase, for some also with a look ahead (foresight.hpp).
+#include "engine/foresight.hpp"
 #include "engine/reach.hpp"
 #include "engine/world_data.hpp"
 
@@ -22,18 +23,41 @@ Transform relative_pose(const Transform& X_WA, const Transform& X_WB) {
     return {X_WA.R.transpose() * X_WB.R, X_WA.to_local(X_WB.p)};
 }
 
-void ask_narrow_phase(const WorldData& world, NarrowWorkspace& work, Contact& c, const Transform& X_WA, const Transform& X_WB,
-                      Real margin) {
+NarrowResult collide(const WorldData& world, NarrowWorkspace& work, const Contact& c, const Transform& X_WA, const Transform& X_WB,
+                     Real margin, PairCache& cache, std::vector<Manifold>& out) {
     const ShapeRecord &a = world.shapes[c.shape_a], &b = world.shapes[c.shape_b];
-    work.fresh.clear();
+    out.clear();
     const std::uint64_t calls_before = work.stats.fcl_calls;
-    const NarrowResult result =
-        collide_shapes({&a.shape, X_WA * a.X_BS}, {&b.shape, X_WB * b.X_BS}, margin, c.cache, work.fresh, work.stats);
+    const NarrowResult result = collide_shapes({&a.shape, X_WA * a.X_BS}, {&b.shape, X_WB * b.X_BS}, margin, cache, out, work.stats);
     if (world.clock.on()) count_query(work, a.shape.type, b.shape.type, work.stats.fcl_calls - calls_before);
-    if (result == NarrowResult::kFailed) {  // the last manifold stays, at the present poses
-        ContactStore::refresh(c, X_WA, X_WB);
+    return result;
+}
+
+// Takes into work.fresh what the pair will touch with within the step.
+void foresee(const WorldData& world, NarrowWorkspace& work, const Contact& c, const Transform& X_WA, const Transform& X_WB, Real margin,
+             Real dt) {
+    const Body &a = world.bodies[c.body_a], &b = world.bodies[c.body_b];
+    const bool has_sphere =
+        world.shapes[c.shape_a].shape.type == ShapeType::kSphere || world.shapes[c.shape_b].shape.type == ShapeType::kSphere;
+    const Foresight foresight = foresight_of(a, b, has_sphere, work.fresh, c.size, dt);
+    if (foresight.time == 0) return;
+    const Transform Y_WA = pose_after(a, foresight.time), Y_WB = pose_after(b, foresight.time);
+    PairCache cache = c.cache;
+    if (collide(world, work, c, Y_WA, Y_WB, margin, cache, work.foreseen) != NarrowResult::kTouching) return;
+    bring_back(work.foreseen, X_WA, X_WB, Y_WA, Y_WB);
+    if (foresight.adds)
+        add_foreseen(work.fresh, work.foreseen);
+    else
+        work.fresh.swap(work.foreseen);
+}
+
+void ask_narrow_phase(const WorldData& world, NarrowWorkspace& work, Contact& c, const Transform& X_WA, const Transform& X_WB, Real margin,
+                      Real dt) {
+    if (collide(world, work, c, X_WA, X_WB, margin, c.cache, work.fresh) == NarrowResult::kFailed) {
+        ContactStore::refresh(c, X_WA, X_WB);  // the last manifold stays, at the present poses
         return;
     }
+    foresee(world, work, c, X_WA, X_WB, margin, dt);
     ContactStore::replace(c, work.fresh.data(), static_cast<int>(work.fresh.size()), X_WA, X_WB);
     if (c.manifold_count > 0) c.X_AB_query = relative_pose(X_WA, X_WB);
     c.query_margin = margin;
@@ -116,7 +140,7 @@ void update_contact(const WorldData& world, NarrowWorkspace& work, Contact& c, s
         ContactStore::refresh(c, X_WA, X_WB);
         ++work.reused;
     } else {
-        ask_narrow_phase(world, work, c, X_WA, X_WB, wide_margin);
+        ask_narrow_phase(world, work, c, X_WA, X_WB, wide_margin, dt);
     }
     count_contact(work, c);
 }

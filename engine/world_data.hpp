@@ -182,7 +182,7 @@ struct IslandWorkspace {
 
 // What one worker updates contacts with, and what it has counted. Kept for its memory; on cache lines of its own.
 struct alignas(64) NarrowWorkspace {
-    std::vector<Manifold> fresh;
+    std::vector<Manifold> fresh, foreseen;
     NarrowStats stats;
     std::uint32_t manifolds = 0, points = 0, reused = 0, updated = 0;
     Real max_penetration = 0;

@@ -1,0 +1,94 @@
+#include "engine/foresight.hpp"
+
+#include <algorithm>
+
+namespace cairn {
+namespace {
+
+// Of the smaller shape's size: a pair that goes less far until it meets meets with the features that are nearest now.
+constexpr Real kLongWay = 0.01;
+constexpr Real kTurn = 0.01;  // [rad] in the step, of a pair that touches, from which on others of its features may come down
+
+Vec3 velocity_at(const Body& body, const Vec3& point) {
+    return body.v + body.w.cross(point - body.X_WB.p);
+}
+
+bool touches(const std::vector<Manifold>& found) {
+    return std::any_of(found.begin(), found.end(), [](const Manifold& m) {
+        return std::any_of(m.points.begin(), m.points.begin() + m.count, [](const ManifoldPoint& p) { return p.separation <= 0; });
+    });
+}
+
+// When the first point closes; `dt` if none does within the step.
+Real meeting_time(const Body& a, const Body& b, const std::vector<Manifold>& found, Real dt) {
+    Real first = dt;
+    for (const Manifold& m : found) {
+        for (int i = 0; i < m.count; ++i) {
+            const ManifoldPoint& p = m.points[i];
+            const Real closing = -m.n.dot(velocity_at(a, p.core_a) - velocity_at(b, p.core_b));
+            if (closing * first > p.separation) first = p.separation / closing;
+        }
+    }
+    return first;
+}
+
+bool has_feature(const std::vector<Manifold>& found, int count, std::uint32_t sub_key, std::uint32_t feature) {
+    for (int k = 0; k < count; ++k) {
+        const Manifold& m = found[k];
+        if (m.sub_key != sub_key) continue;
+        for (int i = 0; i < m.count; ++i)
+            if (m.points[i].feature == feature) return true;
+    }
+    return false;
+}
+
+}  // namespace
+
+Foresight foresight_of(const Body& a, const Body& b, bool has_sphere, const std::vector<Manifold>& found, Real size, Real dt) {
+    if (found.empty() || found.front().owner == NormalOwner::kCores) return {};
+    const Real spin = (a.w - b.w).norm();
+    if (touches(found)) {
+        // A ball has the same features however it turns.
+        if (has_sphere || spin * dt < kTurn) return {};
+        return {dt, true};
+    }
+    const Real time = meeting_time(a, b, found, dt);
+    if (!(time < dt) || time * ((a.v - b.v).norm() + spin * size) < kLongWay * size) return {};
+    return {time, false};
+}
+
+Transform pose_after(const Body& body, Real t) {
+    if (body.type == BodyType::kStatic) return body.transform();
+    return {(exp_rotation(t * body.w) * body.X_WB.q).toRotationMatrix(), body.X_WB.p + t * body.v};
+}
+
+void bring_back(std::vector<Manifold>& foreseen, const Transform& X_WA, const Transform& X_WB, const Transform& Y_WA,
+                const Transform& Y_WB) {
+    for (Manifold& m : foreseen) {
+        if (m.owner == NormalOwner::kA) m.n = X_WA.R * (Y_WA.R.transpose() * m.n);
+        if (m.owner == NormalOwner::kB) m.n = X_WB.R * (Y_WB.R.transpose() * m.n);
+        for (int i = 0; i < m.count; ++i) {
+            ManifoldPoint& p = m.points[i];
+            p.core_a = X_WA * Y_WA.to_local(p.core_a);
+            p.core_b = X_WB * Y_WB.to_local(p.core_b);
+            p.separation = m.n.dot(p.core_a - p.core_b) - p.radius_a - p.radius_b;
+        }
+    }
+}
+
+void add_foreseen(std::vector<Manifold>& found, const std::vector<Manifold>& foreseen) {
+    const int present = static_cast<int>(found.size());
+    for (const Manifold& m : foreseen) {
+        Manifold added = m;
+        added.sub_key = m.sub_key ^ kForeseen;
+        added.count = 0;
+        for (int i = 0; i < m.count; ++i) {
+            const ManifoldPoint& p = m.points[i];
+            // What is overlapping now and yet was not found is no contact: a corner beside the face that it is measured against.
+            if (p.separation >= 0 && !has_feature(found, present, m.sub_key, p.feature)) added.points[added.count++] = p;
+        }
+        if (added.count > 0) found.push_back(added);
+    }
+}
+
+}  // namespace cairn

@@ -1,0 +1,37 @@
+// Features that will touch within the step.
+//
+// Manifolds hold the features that are nearest at the start of a step. Where a body turns, or comes from afar, others may be first to
+// arrive in it, and nothing would hold them: they sink in until the next step finds them. So the narrow phase is asked once more, with the
+// poses that the bodies' velocities lead to,
+// - when the shapes meet, for a pair that is apart and will meet within the step: what it says then takes the place of what it said of the
+//   start;
+// - at the step's end, for a pair that touches and turns: points that it finds there and that are clear of each other at the start are
+// added,
+//   as manifolds of their own.
+// The points are material, so that they serve at the present poses. Pairs that do neither are not asked twice. Internal to the engine.
+#pragma once
+
+#include "engine/world_data.hpp"
+
+namespace cairn {
+
+// Which of the two it is, and for when [s]; 0: neither.
+struct Foresight {
+    Real time = 0;
+    bool adds = false;  // the pair touches
+};
+
+// `found`: at the present poses. `size`: of the smaller shape [m].
+Foresight foresight_of(const Body& a, const Body& b, bool has_sphere, const std::vector<Manifold>& found, Real size, Real dt);
+
+// The body's frame after t at its present velocities.
+Transform pose_after(const Body& body, Real t);
+
+// Manifolds that were found with the bodies at Y_WA, Y_WB, at the present poses X_WA, X_WB.
+void bring_back(std::vector<Manifold>& foreseen, const Transform& X_WA, const Transform& X_WB, const Transform& Y_WA,
+                const Transform& Y_WB);
+
+// Adds what `found` does not have yet: points of features of their own that are clear at the present poses.
+void add_foreseen(std::vector<Manifold>& found, const std::vector<Manifold>& foreseen);
+
+}  // namespace cairn
