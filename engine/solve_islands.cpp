@@ -152,6 +152,27 @@ void scale_warm_impulses(IslandWorkspace& work, const SiIsland& island, Real sca
     scale_warm_start(work.joint_pool, island.joints, scale);
 }
 
+// Sweeps that are few begin with impulses that carry what weighs on them. Those of an impact do not, nor do those of bodies wedged in
+// between others, which a direct solve may leave far larger: they held each other where they were found, and set the bodies in motion now
+// that these have turned.
+void limit_warm_impulses(IslandWorkspace& work, const SiIsland& island, Real h) {
+    constexpr Real kMostLeverage = 30;  // of wedges, arches and levers, over the impulse of all external forces
+    if (island.contacts.begin == island.contacts.end) return;
+    Real external = 0, largest = 0;  // [N s]
+    for (int i = island.body_begin; i < island.dynamic_end; ++i) {
+        const BodyMotion& m = work.solver_bodies.motion[i];
+        external += h * (m.acceleration.norm() / m.inv_mass + m.torque.norm() / m.radius);
+    }
+    const PointRange points = points_of(work.contact_pool, island.contacts);
+    for (int p = points.begin; p < points.end; ++p) {
+        const WarmImpulse& warm = work.contact_pool.warm[p];
+        largest = std::max({largest, warm.position, warm.position + warm.velocity});
+    }
+    if (largest <= kMostLeverage * external) return;
+    scale_warm_start(work.contact_pool, island.contacts, kMostLeverage * external / largest);
+    scale_warm_spins(work.contact_pool, island.spins, kMostLeverage * external / largest);
+}
+
 // False: a solver was forced that cannot solve this island; bodies and joints are as they were. `scale` is that of the warm impulses;
 // `level`: of refinement (engine/error_control.hpp), or kUncontrolled.
 bool solve_island(WorldData& world, IslandWorkspace& work, int index, const SiIsland& island, Real dt, Real scale, int level,
@@ -170,7 +191,9 @@ bool solve_island(WorldData& world, IslandWorkspace& work, int index, const SiIs
         scale_warm_impulses(work, island, static_cast<Real>(substeps) / default_substeps);
         solver = SolverChoice::kSi;
         substeps = default_substeps;
+        limit_warm_impulses(work, island, dt / substeps);
     };
+    if (solver == SolverChoice::kSi || solver == SolverChoice::kTgs) limit_warm_impulses(work, island, dt / substeps);
     SiSettings settings = si_settings(world.settings, default_substeps);
     const bool wide = work.is_island_wide =
         solver == SolverChoice::kSi && plan_wide(work.wide_contacts, work.contact_pool, island, settings, &work.solver_bodies, work.team);

@@ -155,6 +155,23 @@ void DirectProblem::set_bounds() {
     });
 }
 
+bool DirectProblem::is_plausible() {
+    constexpr Real kMostLeverage = 100;            // of wedges, arches and levers, over all there is
+    Real momentum = 0, impulses = 0, largest = 0;  // [N s]
+    for (int i = 0; i < count(); ++i) {
+        const BodyMotion& m = bodies_.motion[island_.body_begin + i];
+        momentum += (s_.v0[i].v.norm() + m.radius * s_.v0[i].w.norm()) / m.inv_mass;
+    }
+    for_each_block([&](const ContactBlock& block) {
+        const auto add = [&](const DirectRow& r, const Vec3&, const PointRow& g) {
+            impulses += std::abs(r.start) + g.mass * std::abs(r.target);
+            largest = std::max(largest, std::abs(r.multiplier));
+        };
+        for_each_row(block, add);
+    });
+    return largest <= kMostLeverage * (momentum + impulses);
+}
+
 void DirectProblem::store() {
     for_each_block([&](const ContactBlock& block) {
         const DirectRow* row = rows_of(block);

@@ -84,6 +84,11 @@ protected:
 
     void set_bounds();
 
+    // Whether the impulses are of the size of what there was to be stopped, carried and moved. A body that friction holds between two
+    // others can bear any impulse along which nothing moves, so bounds that follow the normal impulses may grow without end, and the
+    // velocities say nothing of it.
+    bool is_plausible();
+
     void store();
 
     // Small penetrations are taken back at once, by velocities up to exact_ that the second solve takes away again: the corners of a face

@@ -38,7 +38,7 @@ public:
             pass(true);
             residual = update_multipliers(at_start);
         }
-        if (residual > at_start) {
+        if (residual > at_start || !is_plausible()) {
             start_again();
             residual = at_start;
         }
