@@ -50,6 +50,14 @@ struct BlockVelocity {
     }
 };
 
+// The angle [rad] by which rows may lag behind their bodies in a substep of h. A lag that stayed as it is would leave an error that no
+// shorter step takes away; so it falls as the step's own error does, below the substep of a step of 1/60 s.
+inline Real admitted_lag(Real angle, Real h) {
+    constexpr Real kUsual = 1.0 / 240;  // [s]
+    const Real ratio = std::min(h / kUsual, 1.0);
+    return angle * ratio * ratio;
+}
+
 // The relative normal velocity that takes a row to where it must be at the end of a drift of h.
 inline Real gap_target(const NormalRow& row, Real h, Real rate) {
     const Real gap = row.separation + 0.5 * h * h * row.curvature - row.lift;

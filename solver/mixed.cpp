@@ -1,6 +1,7 @@
 #include "solver/mixed.hpp"
 
 #include "solver/bounce.hpp"
+#include "solver/contact_kernel.hpp"
 #include "solver/island_probe.hpp"
 #include "solver/mixed_response.hpp"
 #include "solver/rattle_rate.hpp"
@@ -313,7 +314,7 @@ bool MixedStep::shake(std::vector<Real>* sum) {
 
 // Contact rows and W at the present poses, where they have changed enough.
 void MixedStep::follow_turn() {
-    if (!is_projected_ || turned_ <= settings_.rebuild_angle) return;
+    if (!is_projected_ || turned_ <= admitted_lag(settings_.rebuild_angle, h_)) return;
     if (response_turned_ > kKeepResponse) {
         ws_.response.build(ws_.rows, *plan_, ws_.ldlt, bodies_);
         response_turned_ = 0;
@@ -365,7 +366,7 @@ bool MixedStep::substep() {
     if (!first_solve() || !push()) return false;
     finish_drift();
     if (moved_ > kKeep * size_) factor();
-    advance_blocks(contacts_, island_.contacts, bodies_, h_, settings_.rebuild_angle);
+    advance_blocks(contacts_, island_.contacts, bodies_, h_, admitted_lag(settings_.rebuild_angle, h_));
     follow_turn();
     release_contacts(contacts_, island_.contacts);
     end_push(bodies_, first(), island_.dynamic_end);

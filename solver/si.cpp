@@ -1,4 +1,5 @@
 #include "solver/bounce.hpp"
+#include "solver/contact_kernel.hpp"
 #include "solver/contact_models.hpp"
 #include "solver/si_context.hpp"
 #include "solver/spin_rows.hpp"
@@ -115,9 +116,9 @@ void rebuild_rows(SiContext& c) {
             return 0;
         });
         c.wide->copy_poses(c.bodies, c.island.dynamic_end, c.island.body_end);
-        c.wide->advance(c.h, c.settings.rebuild_angle);
+        c.wide->advance(c.h, admitted_lag(c.settings.rebuild_angle, c.h));
     } else if (c.has_contacts) {
-        advance_blocks(c.contacts, c.island.contacts, c.bodies, c.h, c.settings.rebuild_angle);
+        advance_blocks(c.contacts, c.island.contacts, c.bodies, c.h, admitted_lag(c.settings.rebuild_angle, c.h));
     }
     if (c.has_spins) build_spins(c.contacts, c.island.spins, c.bodies);
 }

@@ -38,7 +38,7 @@ struct SiSettings {
     Real contact_damping = 5;               // ζ
     Real contact_max_push = 3;              // [m/s]
     SiModel model;
-    Real rebuild_angle = 1e-3;  // [rad]: rows are rebuilt once a body has turned by more since they were
+    Real rebuild_angle = 1e-3;  // [rad]: rows are rebuilt once a body has turned by more since they were; less in short substeps
 };
 
 // The parts of the pools that belong to one island: its dynamic bodies, then its own copies of the kinematic bodies that it touches.
