@@ -20,12 +20,14 @@ struct Context {
     Real h;
     IslandProbe* probe;
     DirectReport report = {};
+    bool polishes = false;  // residuals are solved for however small they are
 };
 
 const JointPool kNoJoints;
 
 // After a step that changed impulses the next one has a closer look: some of the impulses stopped or moved bodies, and hold nothing.
 Real enough(const Context& c) {
+    if (c.polishes) return 0;
     return c.cache.disturbed ? c.settings.rest_tolerance : c.settings.start_tolerance;
 }
 
@@ -83,7 +85,7 @@ bool drift_pushed(Context& c) {
     measure_push(c.bodies, begin, end);
     c.report.si.rotor_calls += drift(c.bodies, begin, end, c.h);
     drift_kinematic(c.bodies, end, c.island.body_end, c.h);
-    advance_blocks(c.contacts, c.island.contacts, c.bodies, c.h, c.settings.rebuild_angle);
+    advance_blocks(c.contacts, c.island.contacts, c.bodies, c.h, admitted_lag(c.settings.rebuild_angle, c.h));
     release_contacts(c.contacts, c.island.contacts);
     end_push(c.bodies, begin, end);
     if (c.probe) c.probe->note_drift(c.bodies, true);
@@ -135,10 +137,13 @@ bool substep(Context& c, bool is_first) {
     if (c.probe) c.probe->begin_substep(c.bodies, c.h);
     kick(c.bodies, c.island.body_begin, c.island.dynamic_end, 0.5 * c.h);
     warm_start_first(c.contacts, range, c.bodies);
-    if (whole_step &&
-        rests(c.bodies, c.contacts, c.island, c.h, c.scratch.saved_velocity, enough(c), c.report)) {
-        if (c.probe) c.probe->measure(c.bodies, c.contacts, c.contacts.total, kNoJoints);
-        return true;
+    if (whole_step) {
+        const Rest rest = rests(c.bodies, c.contacts, c.island, c.h, c.scratch.saved_velocity, enough(c), !c.cache.polished, c.report);
+        if (rest == Rest::kYes) {
+            if (c.probe) c.probe->measure(c.bodies, c.contacts, c.contacts.total, kNoJoints);
+            return true;
+        }
+        c.polishes = rest == Rest::kNearly;
     }
     if (is_first && c.settings.rescue_sweeps == 0) save_rest(c);
     if (!solve_or_sweep(c, DirectGoal::kGaps, [&] { sweep_contact_gaps(c.contacts, range, c.bodies, c.h); })) return false;
@@ -171,6 +176,7 @@ bool DirectCache::set_pattern(int bodies, const std::vector<std::pair<int, int>>
 
 void DirectCache::add_to(Hasher& hasher) const {
     hasher.add_word(disturbed);
+    hasher.add_word(polished);
     hasher.add_word(has_factor);
     hasher.add(weight_scale);
     if (!has_factor) return;
@@ -192,6 +198,7 @@ DirectReport solve_island_direct(SolverBodies& bodies, ContactPool& contacts, co
         }
     }
     cache.disturbed = c.report.newton_steps > 0;
+    if (cache.disturbed) cache.polished = c.polishes;
     return c.report;
 }
 

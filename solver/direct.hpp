@@ -49,6 +49,7 @@ public:
     bool has_factor = false;
     Real weight_scale = 1;              // on DirectSettings::weight
     bool disturbed = false;             // the last step has changed impulses, some of which may have changed velocities
+    bool polished = false;              // what it left has been solved for once more
     std::vector<char> factored_active;  // rows in H when it was factorised
     std::vector<std::pair<int, int>> pairs;
 

@@ -75,7 +75,7 @@ Real largest_slip(const SolverBodies& bodies, const ContactPool& pool, const SiI
 
 // What rounding leaves of the balance of forces [m/s]: the speed that a body's weight and all its impulses would give its points if none
 // took another back, the most of any body, times ε; errors of random signs add up as √n over the island's rows. kSlack covers what of this
-// is estimated. Bodies' `push` serves as scratch.
+// is estimated. And what it leaves of positions: x + h v is x for h v below ε x. Bodies' `push` serves as scratch.
 Real rounding_of_balance(SolverBodies& bodies, const ContactPool& pool, const SiIsland& island, Real h) {
     constexpr Real kSlack = 8;
     for (int i = island.body_begin; i < island.dynamic_end; ++i) bodies.push[i].v.x() = h * bodies.motion[i].acceleration.norm();
@@ -97,9 +97,12 @@ Real rounding_of_balance(SolverBodies& bodies, const ContactPool& pool, const Si
         bodies.push[block.a].v.x() += speed_a;
         bodies.push[block.b].v.x() += speed_b;
     }
-    Real most = 0;
-    for (int i = island.body_begin; i < island.dynamic_end; ++i) most = std::max(most, bodies.push[i].v.x());
-    return kSlack * std::sqrt(static_cast<Real>(rows)) * std::numeric_limits<Real>::epsilon() * most;
+    Real most = 0, far = 0;
+    for (int i = island.body_begin; i < island.dynamic_end; ++i) {
+        most = std::max(most, bodies.push[i].v.x());
+        far = std::max(far, bodies.motion[i].x.cwiseAbs().maxCoeff());
+    }
+    return std::numeric_limits<Real>::epsilon() * std::max(kSlack * std::sqrt(static_cast<Real>(rows)) * most, far / h);
 }
 
 bool a_kinematic_body_moves(const SolverBodies& bodies, const SiIsland& island) {
@@ -111,14 +114,14 @@ bool a_kinematic_body_moves(const SolverBodies& bodies, const SiIsland& island) 
 
 }  // namespace
 
-bool rests(SolverBodies& bodies, ContactPool& contacts, const SiIsland& island, Real h, const Velocities& v0, Real enough,
+Rest rests(SolverBodies& bodies, ContactPool& contacts, const SiIsland& island, Real h, const Velocities& v0, Real enough, bool may_polish,
            DirectReport& report) {
     // Slower than what the bound allows for by this, the rows themselves are looked at: what sways as one has hardly any slip.
     constexpr Real kWorthALook = 100;
     // [m/s], more than rounding ever leaves: above it nobody needs to ask.
     constexpr Real kMostRounding = 1e-11;
     Real residual = slip_bound(bodies, island, v0);
-    if (!(residual <= kWorthALook * enough) || a_kinematic_body_moves(bodies, island)) return false;
+    if (!(residual <= kWorthALook * enough) || a_kinematic_body_moves(bodies, island)) return Rest::kNo;
     ++report.passes;
     if (residual > enough) residual = largest_slip(bodies, contacts, island, v0);
     Real at_rest = 0;
@@ -128,9 +131,12 @@ bool rests(SolverBodies& bodies, ContactPool& contacts, const SiIsland& island, 
             at_rest = std::max(at_rest, point_residual(contacts, contacts.blocks[k], i, h, exact));
     }
     residual += at_rest;
-    if (!(residual <= enough)) return false;
+    if (!(residual <= enough)) return Rest::kNo;
+    const bool is_small = residual <= kMostRounding;
+    const bool stands = is_small && residual <= rounding_of_balance(bodies, contacts, island, h);
+    if (is_small && !stands && may_polish) return Rest::kNearly;
     report.residual = std::max(report.residual, residual);
-    report.stands = residual <= kMostRounding && residual <= rounding_of_balance(bodies, contacts, island, h);
+    report.stands = stands;
     if (!report.stands) report.si.rotor_calls += drift(bodies, island.body_begin, island.dynamic_end, h);
     for (int i = island.body_begin; i < island.dynamic_end; ++i)
         bodies.velocity[i] = report.stands ? BodyVelocity{} : second_velocity(bodies, island, v0, i);
@@ -141,7 +147,7 @@ bool rests(SolverBodies& bodies, ContactPool& contacts, const SiIsland& island, 
         for (int j = 0; j < 2; ++j) total.friction[j] += 2 * impulse.friction[j];
         impulse = {};
     }
-    return true;
+    return Rest::kYes;
 }
 
 }  // namespace cairn

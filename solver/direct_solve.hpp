@@ -42,11 +42,19 @@ enum class DirectGoal { kGaps, kPush, kVelocities };
 bool direct_solve(SolverBodies& bodies, ContactPool& contacts, const SiIsland& island, DirectGoal goal, Real h,
                   const DirectSettings& settings, DirectCache& cache, DirectScratch& scratch, DirectReport& report, Real enough);
 
+enum class Rest : std::uint8_t {
+    kNo,      // it has to be solved
+    kNearly,  // the same, however small its residuals: more is left than rounding leaves, and would grow
+    kYes,     // the step has ended
+};
+
 // A step of what stays where it is, from the kick and the warm start of the first solve on: one pass over the points. It ends here if the
 // impulses that the island starts with hold it, both solves' residuals being `enough` [m/s] at most: then they leave all velocities below
 // that and no gap open that they bear upon. Where they are no more than what rounding leaves of the balance of so many impulses, no step
-// could tell them from zero: zero they are, and no pose changes. False, and nothing is changed, if they do not. The second solve's impulses must be those of the first once more, so that its velocities are v₂ = 2 v₁ − v₀.
-bool rests(SolverBodies& bodies, ContactPool& contacts, const SiIsland& island, Real h, const std::vector<BodyVelocity>& v0, Real enough,
-           DirectReport& report);
+// could tell them from zero: zero they are, and no pose changes. Where they are little more than that, and it `may_polish`, they are to be
+// solved for once more. Nothing is changed but by kYes. The second solve's impulses must be those of the first once more, so that its
+// velocities are v₂ = 2 v₁ − v₀.
+Rest rests(SolverBodies& bodies, ContactPool& contacts, const SiIsland& island, Real h, const std::vector<BodyVelocity>& v0, Real enough,
+           bool may_polish, DirectReport& report);
 
 }  // namespace cairn
