@@ -3,13 +3,16 @@
 #include "engine/world_data.hpp"
 
 #include <algorithm>
+#include <limits>
 
 namespace cairn {
 namespace {
 
 // Above so many bodies the direct solver is only tried on what hardly moves (what tumbles changes its active set in every step), above so
-// many only as far as the island has saved what it costs, and above so many not at all.
+// many only as far as the island has saved what it costs, and above so many not at all. Nor on what moves and is of like masses: there the
+// sweeps' errors are no greater.
 constexpr int kSmallIsland = 64;
+constexpr Real kLikeMasses = 5;  // of the heaviest to the lightest
 constexpr int kFreeIsland = 300;
 constexpr int kLargestIsland = 6000;
 // Costs in products of 6 × 6 blocks, per contact point: a step of sequential impulses, the direct solver's matrix, step and pass.
@@ -41,6 +44,17 @@ bool is_quiet(const WorldData& world, int index, Real dt) {
         if (body.v.norm() + body.radius * body.w.norm() > a * dt) return false;
     }
     return true;
+}
+
+bool has_like_masses(const WorldData& world, int index) {
+    const IndexRange bodies = world.islands.bodies(index);
+    Real least = std::numeric_limits<Real>::infinity(), most = 0;  // [1/kg]
+    for (int k = bodies.begin; k < bodies.end; ++k) {
+        const Real inv_mass = world.bodies[world.islands.body_list()[k]].inv_mass;
+        least = std::min(least, inv_mass);
+        most = std::max(most, inv_mass);
+    }
+    return most <= kLikeMasses * least;
 }
 
 void collect_pairs(IslandWorkspace& work, const SiIsland& island) {
@@ -126,7 +140,8 @@ SolverPlan choose_solver(WorldData& world, IslandWorkspace& work, int index, con
     if (plan.solver != SolverChoice::kDirect || !takes(SolverChoice::kDirect, island)) return plan;
     const bool quiet = is_quiet(world, index, dt);
     const int bodies = island.dynamic_end - island.body_begin;
-    if (!forced && (bodies > (quiet ? kLargestIsland : kSmallIsland) || (bodies == 1 && !quiet))) {
+    const bool has_many = bodies > (quiet ? kLargestIsland : kSmallIsland);
+    if (!forced && (has_many || (!quiet && (bodies == 1 || has_like_masses(world, index))))) {
         return give_to_sweeps(plan, bodies == 1 ? SolverReason::kLoneMover : SolverReason::kLarge);
     }
     const int points = points_of(work.contact_pool, island.contacts).count();

@@ -103,7 +103,7 @@ const char* to_string(SolverReason reason) {
                                                    "joints hold bodies that touch",
                                                    "bodies bounce",
                                                    "contacts have torsional or rolling friction",
-                                                   "too many bodies move for a direct solve",
+                                                   "too many bodies move for a direct solve, or bodies of like masses",
                                                    "a single body moves",
                                                    "the direct solver did not converge lately",
                                                    "the direct solver has spent what the island may cost",
