@@ -10,6 +10,7 @@
 #include "engine/island.hpp"
 #include "engine/tasks.hpp"
 #include "engine/world.hpp"
+#include "solver/block_order.hpp"
 #include "solver/island_probe.hpp"
 #include "solver/rattle.hpp"
 
@@ -162,12 +163,13 @@ struct IslandWorkspace {
     SolverBodies solver_bodies;
     ContactPool contact_pool;
     WideContacts wide_contacts;
+    BlockOrder block_order;
     bool island_stands = false;   // the step has changed nothing of it
     bool is_island_wide = false;  // the island that is being solved: its impulses are in wide_contacts
     JointPool joint_pool;
     RattleWorkspace rattle;
     MixedWorkspace mixed;
-    std::vector<BlockSource> block_sources;
+    std::vector<BlockSource> block_sources, unsorted_sources;
     std::vector<ContactPlace> places;  // by piece of contacts
     std::vector<std::uint32_t> joint_sources[5];
     std::vector<int> solver_index;  // body → index in solver_bodies, this island; else −1

@@ -7,7 +7,7 @@ namespace cairn {
 namespace {
 
 // Fewer blocks, or fewer blocks per batch, do not pay for the copies.
-constexpr int kFewestBlocks = 24;
+constexpr int kFewestBlocks = 12;
 constexpr double kFewestLanes = 2;
 // Places for blocks of a level by their number of points: of borders, then of the others.
 constexpr int kCounts = 4, kSlots = 2 * kCounts;
