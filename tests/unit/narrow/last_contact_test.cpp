@@ -75,6 +75,27 @@ TEST_CASE("a pair whose features have changed is not answered from the last cont
     CHECK((side.manifolds[0].n - Vec3::UnitX()).norm() < 1e-9);
 }
 
+TEST_CASE("crossed edges that were nearest are found to be so still, with the same manifold as from the beginning") {
+    Random r(23);
+    const Shape capsule = Shape::capsule(0.2, 0.6), box = Shape::box(Vec3(0.5, 0.6, 0.4));
+    for (int round = 0; round < 200; ++round) {
+        // The box on one of its edges, the capsule across that edge, near its middle.
+        const Mat3 on_edge = rotation(Vec3::UnitX(), uniform(r, 0.6, 0.9)), lying = rotation(Vec3::UnitX(), kPi / 2);
+        const Vec3 top = on_edge * Vec3(0, 0.6, 0.4);
+        const Transform above(rotation(Vec3::UnitZ(), uniform(r, -0.3, 0.3)) * lying, top + Vec3(uniform(r, -0.2, 0.2), 0, 0.2));
+        const Transform under(on_edge, Vec3::Zero());
+        const Outcome first = collide(capsule, above, box, under, 0.02);
+        REQUIRE(first.manifolds.size() == 1);
+        const Transform moved(rotation(random_direction(r), 0.01) * above.R, above.p + 0.01 * random_direction(r));
+        const Outcome warm = collide(capsule, moved, box, under, 0.02, first.cache), cold = collide(capsule, moved, box, under, 0.02);
+        REQUIRE(warm.manifolds.size() == 1);
+        REQUIRE(cold.manifolds.size() == 1);
+        CHECK((warm.manifolds[0].n - cold.manifolds[0].n).norm() < 1e-9);
+        CHECK(std::abs(deepest(warm.manifolds[0]) - deepest(cold.manifolds[0])) < 1e-9);
+        CHECK((warm.manifolds[0].points[0].core_a - cold.manifolds[0].points[0].core_a).norm() < 1e-7);  // GJK's tolerance, amplified
+    }
+}
+
 TEST_CASE("two spheres touch along their centres, at any distance of them") {
     Random r(3);
     const Shape a = Shape::sphere(0.5), b = Shape::sphere(0.2);
