@@ -121,21 +121,19 @@ AxisSegment box_edge(const PlacedShape& s, const Vec3& n) {
     return {{s.X_WS * corner, s.X_WS * other}, 0};
 }
 
+// The second lowest corner of a convex polytope is next to the lowest one.
 AxisSegment hull_edge(const PlacedShape& s, const Vec3& n) {
     const ConvexHull& hull = *s.shape->hull;
-    const Vec3 local = s.X_WS.R.transpose() * n;
-    int from = 0, to = 0;
+    const std::vector<Vec3>& vertices = hull.vertices();
+    const Vec3 down = -(s.X_WS.R.transpose() * n);
+    const int from = hull.support(down);
+    int to = from;
     Real lowest = 0;
-    bool any = false;
-    for (const ConvexHull::Face& f : hull.faces()) {
-        if (local.dot(f.normal) > 0.5) continue;  // faces away
-        for (int i = 0; i < f.count; ++i) {
-            const int u = hull.loop()[f.first + i], v = hull.loop()[f.first + (i + 1 == f.count ? 0 : i + 1)];
-            const Real height = local.dot(hull.vertices()[u] + hull.vertices()[v]);
-            if (!any || height < lowest) any = true, lowest = height, from = u, to = v;
-        }
+    for (const int neighbour : hull.neighbours(from)) {
+        const Real low = down.dot(vertices[neighbour]);
+        if (to == from || low > lowest) lowest = low, to = neighbour;
     }
-    return {{s.X_WS * hull.vertices()[from], s.X_WS * hull.vertices()[to]}, 0};
+    return {{s.X_WS * vertices[from], s.X_WS * vertices[to]}, 0};
 }
 
 }  // namespace

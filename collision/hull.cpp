@@ -233,10 +233,23 @@ ConvexHull::ConvexHull(const std::vector<Vec3>& points) {
         faces_.push_back(face);
     }
 
+    find_neighbours();
     centroid_ = volume_properties(*this).centroid;
     inner_radius_ = faces_[0].offset - faces_[0].normal.dot(centroid_);
     for (const Face& face : faces_) inner_radius_ = std::min(inner_radius_, face.offset - face.normal.dot(centroid_));
     for (const Vec3& v : vertices_) outer_radius_ = std::max(outer_radius_, v.norm());
+}
+
+// Each edge is in two loops, once in either direction.
+void ConvexHull::find_neighbours() {
+    neighbour_begin_.assign(vertices_.size() + 1, 0);
+    for (const int i : loop_) ++neighbour_begin_[i + 1];
+    for (std::size_t i = 0; i < vertices_.size(); ++i) neighbour_begin_[i + 1] += neighbour_begin_[i];
+    neighbours_.resize(loop_.size());
+    std::vector<int> fill = neighbour_begin_;
+    for (const Face& face : faces_)
+        for (int k = 0; k < face.count; ++k)
+            neighbours_[fill[loop_[face.first + k]]++] = loop_[face.first + (k + 1 == face.count ? 0 : k + 1)];
 }
 
 int ConvexHull::support(const Vec3& d) const {

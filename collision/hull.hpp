@@ -3,6 +3,7 @@
 
 #include "engine/base/math.hpp"
 
+#include <span>
 #include <vector>
 
 namespace cairn {
@@ -25,6 +26,10 @@ public:
     const std::vector<Vec3>& vertices() const { return vertices_; }
     const std::vector<Face>& faces() const { return faces_; }
     const std::vector<int>& loop() const { return loop_; }  // vertex indices of all faces, one face after the other
+    // The vertices that share an edge with vertex i.
+    std::span<const int> neighbours(int i) const {
+        return {neighbours_.data() + neighbour_begin_[i], neighbours_.data() + neighbour_begin_[i + 1]};
+    }
     const Vec3& centroid() const { return centroid_; }
     Real inner_radius() const { return inner_radius_; }  // of the largest centred (at the centroid) sphere inside
     Real outer_radius() const { return outer_radius_; }  // of the sphere about the shape's origin that holds all vertices
@@ -33,9 +38,12 @@ public:
     int support(const Vec3& d) const;
 
 private:
+    void find_neighbours();
+
     std::vector<Vec3> vertices_;
     std::vector<Face> faces_;
     std::vector<int> loop_;
+    std::vector<int> neighbours_, neighbour_begin_;  // of vertex i: those from neighbour_begin_[i] on
     Vec3 centroid_ = Vec3::Zero();
     Real inner_radius_ = 0;
     Real outer_radius_ = 0;

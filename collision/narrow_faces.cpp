@@ -144,6 +144,29 @@ bool try_face(Query& q, const FaceChoice& f, bool face_is_b, Real along_n) {
     return true;
 }
 
+// The manifold along n, given the shapes' separation along it and the faces on either side.
+bool try_features(Query& q, const Vec3& n, Real along_n, const FaceChoice& a, const FaceChoice& b, NarrowResult& result) {
+    // The face along which the shapes are farther apart; of nearly equal ones A's, or the one that had the last contact.
+    bool b_first = !a.exists;
+    if (a.exists && b.exists) {
+        // The cached normal was a face's if it has not moved against it.
+        constexpr Real kRounding2 = 1e-28;
+        // The first time a cap yields to a polygon: its rim points move with it, those of the clip would not.
+        const bool last_was_b = !q.was_touching ? q.a.shape->type == ShapeType::kCylinder && q.b.shape->type != ShapeType::kCylinder
+                                                : (q.axis_in_b ? (q.axis - b.normal).squaredNorm() < kRounding2
+                                                               : (q.axis + a.normal).squaredNorm() > kRounding2);
+        const Real sticky = (q.was_touching ? 1e-4 : 1e-6) * q.size + 0.01 * std::abs(along_n);
+        b_first = b.separation > a.separation + (last_was_b ? -sticky : sticky);
+    }
+    for (const bool use_b : {b_first, !b_first}) {
+        const FaceChoice& f = use_b ? b : a;
+        if (!f.exists || !try_face(q, f, use_b, along_n)) continue;
+        result = NarrowResult::kTouching;
+        return true;
+    }
+    return try_segments(q, n, edge_against(q.a, n), edge_against(q.b, -n), result);
+}
+
 }  // namespace
 
 bool comes_down_flat(const PlacedShape& incident, const Vec3& normal, Face& lowest) {
@@ -206,27 +229,7 @@ bool try_manifold(Query& q, const Vec3& n, NarrowResult& result) {
         result = separated(q, n);
         return true;
     }
-    const FaceChoice a = judge_face(q.a, q.b, -n), b = judge_face(q.b, q.a, n);
-
-    // The face along which the shapes are farther apart; of nearly equal ones A's, or the one that had the last contact.
-    bool b_first = !a.exists;
-    if (a.exists && b.exists) {
-        // The cached normal was a face's if it has not moved against it.
-        constexpr Real kRounding2 = 1e-28;
-        // The first time a cap yields to a polygon: its rim points move with it, those of the clip would not.
-        const bool last_was_b = !q.was_touching ? q.a.shape->type == ShapeType::kCylinder && q.b.shape->type != ShapeType::kCylinder
-                                                : (q.axis_in_b ? (q.axis - b.normal).squaredNorm() < kRounding2
-                                                               : (q.axis + a.normal).squaredNorm() > kRounding2);
-        const Real sticky = (q.was_touching ? 1e-4 : 1e-6) * q.size + 0.01 * std::abs(along_n);
-        b_first = b.separation > a.separation + (last_was_b ? -sticky : sticky);
-    }
-    for (const bool use_b : {b_first, !b_first}) {
-        const FaceChoice& f = use_b ? b : a;
-        if (!f.exists || !try_face(q, f, use_b, along_n)) continue;
-        result = NarrowResult::kTouching;
-        return true;
-    }
-    return try_segments(q, n, edge_against(q.a, n), edge_against(q.b, -n), result);
+    return try_features(q, n, along_n, judge_face(q.a, q.b, -n), judge_face(q.b, q.a, n), result);
 }
 
 bool try_last_contact(Query& q, NarrowResult& result) {
@@ -251,7 +254,10 @@ bool try_last_contact(Query& q, NarrowResult& result) {
         Face face;
         const PlacedShape &owner = k == 1 ? q.b : q.a, &other = k == 1 ? q.a : q.b;
         if (!face_towards(owner, f.normal, face)) continue;
-        if (is_over(support_point(other, -f.normal), face, 0)) return try_manifold(q, n, result);
+        if (!is_over(support_point(other, -f.normal), face, 0)) continue;
+        const FaceChoice own = {f.normal, f.separation, 0, true};
+        return k == 1 ? try_features(q, n, f.separation, judge_face(q.a, q.b, -n), own, result)
+                      : try_features(q, n, f.separation, own, judge_face(q.b, q.a, n), result);
     }
     return false;
 }

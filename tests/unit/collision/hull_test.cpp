@@ -183,6 +183,28 @@ TEST_CASE("the support vertex is the farthest along any direction") {
     }
 }
 
+TEST_CASE("a vertex's neighbours are those it shares an edge with, and the second farthest vertex is one of the farthest one's") {
+    std::mt19937 random(12);
+    for (int round = 0; round < 50; ++round) {
+        const ConvexHull hull(random_points(30, random));
+        const auto edges = directed_edges(hull);
+        std::size_t found = 0;
+        for (int i = 0; i < static_cast<int>(hull.vertices().size()); ++i)
+            for (const int k : hull.neighbours(i)) {
+                CHECK(edges.count({i, k}) == 1);
+                ++found;
+            }
+        CHECK(found == edges.size());
+        const Vec3 d = random_rotation(random) * Vec3::UnitX();
+        const int best = hull.support(d);
+        Real second = -std::numeric_limits<Real>::infinity(), beside = second;
+        for (int i = 0; i < static_cast<int>(hull.vertices().size()); ++i)
+            if (i != best) second = std::max(second, d.dot(hull.vertices()[i]));
+        for (const int k : hull.neighbours(best)) beside = std::max(beside, d.dot(hull.vertices()[k]));
+        CHECK(beside == second);
+    }
+}
+
 TEST_CASE("the same points give the same hull, and vertices keep the order they came in") {
     std::mt19937 random(3);
     const std::vector<Vec3> points = random_points(500, random);
