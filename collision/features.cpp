@@ -105,22 +105,6 @@ void cylinder_cap(const PlacedShape& s, const Vec3& d, const Lean& lean, Face& f
         face.outline.add(centre + s.shape->radius * (circle.c[i] * u + circle.s[i] * v), static_cast<std::uint8_t>(i));
 }
 
-AxisSegment box_edge(const PlacedShape& s, const Vec3& n) {
-    // The corner farthest along −n, and the edge there that is most level.
-    const Vec3& h = s.shape->half_extents;
-    const Vec3 local = s.X_WS.R.transpose() * n;
-    Vec3 corner;
-    int level = 0;
-    for (int k = 0; k < 3; ++k) {
-        corner[k] = local[k] > 0 ? -h[k] : h[k];
-        if (std::abs(local[k]) * h[k] < std::abs(local[level]) * h[level]) level = k;
-    }
-    Vec3 other = corner;
-    corner[level] = -h[level];
-    other[level] = h[level];
-    return {{s.X_WS * corner, s.X_WS * other}, 0};
-}
-
 // The second lowest corner of a convex polytope is next to the lowest one.
 AxisSegment hull_edge(const PlacedShape& s, const Vec3& n) {
     const ConvexHull& hull = *s.shape->hull;
@@ -299,10 +283,26 @@ bool lowest_face(const PlacedShape& s, const Vec3& d, Face& face) {
     return true;
 }
 
+AxisSegment box_edge_against(const Transform& X, const Vec3& half_extents, const Vec3& n) {
+    // The corner farthest along −n, and the edge there that is most level.
+    const Vec3& h = half_extents;
+    const Vec3 local = X.R.transpose() * n;
+    Vec3 corner;
+    int level = 0;
+    for (int k = 0; k < 3; ++k) {
+        corner[k] = local[k] > 0 ? -h[k] : h[k];
+        if (std::abs(local[k]) * h[k] < std::abs(local[level]) * h[level]) level = k;
+    }
+    Vec3 other = corner;
+    corner[level] = -h[level];
+    other[level] = h[level];
+    return {{X * corner, X * other}, 0};
+}
+
 AxisSegment edge_against(const PlacedShape& s, const Vec3& n) {
     switch (s.shape->type) {
         case ShapeType::kBox:
-            return box_edge(s, n);
+            return box_edge_against(s.X_WS, s.shape->half_extents, n);
         case ShapeType::kHull:
             return hull_edge(s, n);
         case ShapeType::kSphere:

@@ -51,6 +51,8 @@ bool face_normal_towards(const PlacedShape& s, const Vec3& d, Vec3& normal);
 
 // The edge (or axis segment) that reaches farthest along −n.
 AxisSegment edge_against(const PlacedShape& s, const Vec3& n);
+// The same of a box that is posed by X.
+AxisSegment box_edge_against(const Transform& X, const Vec3& half_extents, const Vec3& n);
 
 // The shape as FCL's general algorithms see it, drawn in from its surface by `shrink` in [0, 1) of its inner radius (offset for boxes and
 // cylinders, scaled about the centroid for hulls; a capsule is its axis). Returns by how much the surface lies outside the core at least.

@@ -67,22 +67,10 @@ Real core_support(const PlacedShape& s, const Core& core, const Vec3& d) {
     }
 }
 
-AxisSegment box_core_edge(const Core& core, const Vec3& n) {
-    const Vec3 local = core.R.transpose() * n;
-    Vec3 corner;
-    int level = 0;
-    for (int k = 0; k < 3; ++k) {
-        corner[k] = local[k] > 0 ? -core.half[k] : core.half[k];
-        if (std::abs(local[k]) * core.half[k] < std::abs(local[level]) * core.half[level]) level = k;
-    }
-    const Vec3 end = core.p + core.R * corner;
-    return {{end, end - 2 * corner[level] * core.R.col(level)}, 0};
-}
-
 // The core's edge that reaches farthest along −n. False for what has no straight ones.
 bool core_edge(const PlacedShape& s, const Core& core, const Vec3& n, AxisSegment& edge) {
     if (core.kind != Core::Kind::kBox && core.kind != Core::Kind::kSegment && core.kind != Core::Kind::kPoints) return false;
-    edge = core.kind == Core::Kind::kBox ? box_core_edge(core, n) : edge_against(s, n);
+    edge = core.kind == Core::Kind::kBox ? box_edge_against(s.X_WS, core.half, n) : edge_against(s, n);
     const Vec3 centre = core.R * core.centre + core.p;
     if (core.kind == Core::Kind::kPoints)
         for (Vec3& end : edge.end) end = centre + core.scale * (end - centre);

@@ -175,9 +175,7 @@ void limit_warm_impulses(IslandWorkspace& work, const SiIsland& island, Real h) 
 
 // Lets more contacts be swept side by side, where that leaves the order in which loads are carried.
 void spread_contacts(IslandWorkspace& work, const SiIsland& island) {
-    if (island.has_bounce || island.has_spins() ||
-        !work.block_order.spread(work.contact_pool, island.contacts, island.body_begin, island.dynamic_end))
-        return;
+    if (!work.block_order.spread(work.contact_pool, island.contacts, island.body_begin, island.dynamic_end)) return;
     work.unsorted_sources = work.block_sources;
     for (int k = island.contacts.begin; k < island.contacts.end; ++k)
         work.block_sources[k] = work.unsorted_sources[island.contacts.begin + work.block_order.source(k - island.contacts.begin)];
@@ -205,7 +203,7 @@ bool solve_island(WorldData& world, IslandWorkspace& work, int index, const SiIs
     };
     if (solver == SolverChoice::kSi || solver == SolverChoice::kTgs) limit_warm_impulses(work, island, dt / substeps);
     SiSettings settings = si_settings(world.settings, default_substeps);
-    if (solver == SolverChoice::kSi && !settings.model.is_textbook()) spread_contacts(work, island);
+    if (solver == SolverChoice::kSi && may_go_wide(island, settings)) spread_contacts(work, island);
     const bool wide = work.is_island_wide =
         solver == SolverChoice::kSi && plan_wide(work.wide_contacts, work.contact_pool, island, settings, &work.solver_bodies, work.team);
     if (wide && substeps != default_substeps) {  // wide contacts give their warm impulses back unscaled

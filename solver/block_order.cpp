@@ -14,20 +14,25 @@ constexpr int kColours = 64;       // the last one is for all that would need mo
 
 }  // namespace
 
-// Blocks on the longest way through what waits for what, in the order of `order_`.
-int BlockOrder::chain_length(const ContactPool& pool, BlockRange range) {
-    std::fill(next_.begin(), next_.end(), 0);
-    int length = 0;
-    for (const int k : order_) {
-        const ContactBlock& block = pool.blocks[range.begin + k];
+int find_levels(std::span<const ContactBlock> blocks, int body_begin, std::vector<int>& next, std::vector<int>& level) {
+    std::fill(next.begin(), next.end(), 0);
+    if (level.size() < blocks.size()) level.resize(blocks.size());
+    int levels = 0;
+    for (std::size_t k = 0; k < blocks.size(); ++k) {
+        const ContactBlock& block = blocks[k];
         int at = 0;
-        if (block.inv_mass_a > 0) at = next_[block.a - body_begin_];
-        if (block.inv_mass_b > 0) at = std::max(at, next_[block.b - body_begin_]);
-        if (block.inv_mass_a > 0) next_[block.a - body_begin_] = at + 1;
-        if (block.inv_mass_b > 0) next_[block.b - body_begin_] = at + 1;
-        length = std::max(length, at + 1);
+        if (block.inv_mass_a > 0) at = next[block.a - body_begin];
+        if (block.inv_mass_b > 0) at = std::max(at, next[block.b - body_begin]);
+        level[k] = at;
+        if (block.inv_mass_a > 0) next[block.a - body_begin] = at + 1;
+        if (block.inv_mass_b > 0) next[block.b - body_begin] = at + 1;
+        levels = std::max(levels, at + 1);
     }
-    return length;
+    return levels;
+}
+
+bool BlockOrder::is_chain(std::span<const ContactBlock> blocks) {
+    return find_levels(blocks, body_begin_, next_, level_) * kFewestAtOnce > static_cast<int>(blocks.size());
 }
 
 void BlockOrder::find_depths(const ContactPool& pool, BlockRange range) {
@@ -69,18 +74,20 @@ bool BlockOrder::spread(ContactPool& pool, BlockRange range, int body_begin, int
     if (count < kFewestBlocks) return false;
     body_begin_ = body_begin;
     next_.resize(body_end - body_begin);
-    order_.resize(count);
-    std::iota(order_.begin(), order_.end(), 0);
-    if (chain_length(pool, range) * kFewestAtOnce <= count) return false;
+    const std::span<ContactBlock> blocks(pool.blocks.data() + range.begin, count);
+    if (!is_chain(blocks)) return false;
     depth_.resize(next_.size());
     colours_.resize(next_.size());
     place_.resize(count);
     find_depths(pool, range);
     find_places(pool, range);
+    order_.resize(count);
+    std::iota(order_.begin(), order_.end(), 0);
     std::sort(order_.begin(), order_.end(), [&](int k, int l) { return place_[k] != place_[l] ? place_[k] < place_[l] : k < l; });
-    if (chain_length(pool, range) * kFewestAtOnce > count) return false;
-    blocks_.assign(pool.blocks.begin() + range.begin, pool.blocks.begin() + range.end);
-    for (int k = 0; k < count; ++k) pool.blocks[range.begin + k] = blocks_[order_[k]];
+    blocks_.clear();
+    for (const int k : order_) blocks_.push_back(blocks[k]);
+    if (is_chain(blocks_)) return false;
+    std::copy(blocks_.begin(), blocks_.end(), blocks.begin());
     return true;
 }
 

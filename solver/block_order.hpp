@@ -10,9 +10,15 @@
 #include "solver/contact_rows.hpp"
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace cairn {
+
+// What waits for what: a block's level is one above the highest level of an earlier block that shares a dynamic body with it. Returns the
+// number of levels, the length of the longest chain. `level`: of each block. `next`: scratch, of each body from body_begin on, the first
+// level that may touch it again; sized by the caller.
+int find_levels(std::span<const ContactBlock> blocks, int body_begin, std::vector<int>& next, std::vector<int>& level);
 
 class BlockOrder {
 public:
@@ -24,13 +30,13 @@ public:
 
 private:
     int depth_of(int body, Real inv_mass) const { return inv_mass > 0 ? depth_[body - body_begin_] : 0; }
-    int chain_length(const ContactPool& pool, BlockRange range);
+    bool is_chain(std::span<const ContactBlock> blocks);
     void find_depths(const ContactPool& pool, BlockRange range);
     void find_places(const ContactPool& pool, BlockRange range);
 
     int body_begin_ = 0;
     std::vector<int> order_;
-    std::vector<int> next_;               // of a body: what it waits for
+    std::vector<int> next_, level_;       // find_levels()
     std::vector<int> depth_;              // of a body: contacts between it and what does not move
     std::vector<int> place_;              // of a block: by distance, then by colour
     std::vector<std::uint64_t> colours_;  // of a body that its blocks have

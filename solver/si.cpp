@@ -158,13 +158,16 @@ void SiReport::add(const SiReport& r) {
     natural_residual = std::max(natural_residual, r.natural_residual);
 }
 
-bool plan_wide(WideContacts& wide, const ContactPool& contacts, const SiIsland& island, const SiSettings& settings,
-               const SolverBodies* bodies, Team* team) {
+bool may_go_wide(const SiIsland& island, const SiSettings& settings) {
     const FrictionModel friction = settings.model.friction;
     return island.contacts.begin < island.contacts.end && !island.has_bounce && !island.has_spins() &&
            settings.stabilisation == SiStabilisation::kSplit && !settings.model.is_textbook() && friction != FrictionModel::kCone &&
-           friction != FrictionModel::kOneDirection &&
-           wide.plan(contacts, island.contacts, island.body_begin, island.dynamic_end, bodies, team);
+           friction != FrictionModel::kOneDirection;
+}
+
+bool plan_wide(WideContacts& wide, const ContactPool& contacts, const SiIsland& island, const SiSettings& settings,
+               const SolverBodies* bodies, Team* team) {
+    return may_go_wide(island, settings) && wide.plan(contacts, island.contacts, island.body_begin, island.dynamic_end, bodies, team);
 }
 
 SiReport solve_island_si(SolverBodies& bodies, ContactPool& contacts, JointPool& joints, const SiIsland& island, Real dt,

@@ -62,8 +62,10 @@ struct SiReport {
     void add(const SiReport& r);
 };
 
-// Whether an island's contacts go four blocks at a time: the default substep with its friction, without bounces, and enough of them side by
-// side. Plans them if so; with a team and the bodies, shared out where that pays.
+// Whether an island's contacts may go four blocks at a time: the default substep with its friction, without bounces.
+bool may_go_wide(const SiIsland& island, const SiSettings& settings);
+
+// Whether they do: enough of them are side by side. Plans them if so; with a team and the bodies, shared out where that pays.
 bool plan_wide(WideContacts& wide, const ContactPool& contacts, const SiIsland& island, const SiSettings& settings,
                const SolverBodies* bodies = nullptr, Team* team = nullptr);
 

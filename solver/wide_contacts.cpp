@@ -1,5 +1,7 @@
 #include "solver/wide_contacts.hpp"
 
+#include "solver/block_order.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -54,20 +56,9 @@ void copy_column(double* to, const Mat3& m, int column) {
 bool WideContacts::plan(const ContactPool& pool, BlockRange range, int body_begin, int body_end, const SolverBodies* bodies, Team* team) {
     const int count = range.end - range.begin;
     if (!kernel_ || count < kFewestBlocks) return false;
-    grow(level_, count);
     grow(order_, count);
-    next_level_.assign(body_end - body_begin, 0);
-    int levels = 0;
-    for (int k = 0; k < count; ++k) {
-        const ContactBlock& block = pool.blocks[range.begin + k];
-        int level = 0;
-        if (block.inv_mass_a > 0) level = next_level_[block.a - body_begin];
-        if (block.inv_mass_b > 0) level = std::max(level, next_level_[block.b - body_begin]);
-        level_[k] = level;
-        if (block.inv_mass_a > 0) next_level_[block.a - body_begin] = level + 1;
-        if (block.inv_mass_b > 0) next_level_[block.b - body_begin] = level + 1;
-        levels = std::max(levels, level + 1);
-    }
+    next_level_.resize(body_end - body_begin);
+    const int levels = find_levels({pool.blocks.data() + range.begin, static_cast<std::size_t>(count)}, body_begin, next_level_, level_);
     if (levels * kFewestLanes > count) return false;
     slots_.assign(levels, 0);
     for (int k = 0; k < count; ++k) ++slots_[level_[k]];

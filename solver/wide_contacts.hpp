@@ -114,7 +114,7 @@ private:
     std::vector<int> order_;         // blocks by part and level
     std::vector<int> batch_begin_;   // size batches + 1, in order_
     std::vector<int> level_;         // of a block
-    std::vector<int> next_level_;    // of a body: the first level that may touch it again
+    std::vector<int> next_level_;    // of a body: find_levels()
     std::vector<int> slots_, fill_;  // scratch of the sort,
     std::vector<int> sorted_;        // and what comes of it
     std::vector<std::uint8_t> placed_;
