@@ -35,6 +35,7 @@ struct SolverBodies {
     std::vector<BodyVelocity> velocity;  // size n
     std::vector<BodyMotion> motion;      // size n
     std::vector<BodyVelocity> push;      // size n, scratch: what the position solve adds to the velocities for the drift alone
+    std::vector<Real> gain;              // size n, scratch: solver/energy_gain.hpp
     void clear() {
         velocity.clear();
         motion.clear();

@@ -302,6 +302,19 @@ void release_contacts(ContactPool& pool, BlockRange range) {
     }
 }
 
+void keep_impulse_share(ContactPool& pool, BlockRange range, Real share) {
+    const auto keep = [share](Real& impulse, Real held) { impulse = held + share * (impulse - held); };
+    for (int k = range.begin; k < range.end; ++k) {
+        const ContactBlock& block = pool.blocks[k];
+        for (int i = 0; i < block.count; ++i) {
+            PointImpulse& impulse = pool.impulse[block.first + i];
+            keep(impulse.normal, pool.normals[block.first + i].held_impulse);
+            for (int j = 0; j < 2 && block.friction >= 0; ++j)
+                keep(impulse.friction[j], pool.frictions[block.friction + 2 * i + j].held_impulse);
+        }
+    }
+}
+
 void close_contact_substep(ContactPool& pool, BlockRange range, FirstFriction first) {
     for (int k = range.begin; k < range.end; ++k) {
         const ContactBlock& block = pool.blocks[k];

@@ -180,6 +180,9 @@ void push_contacts(ContactPool& pool, BlockRange range, SolverBodies& bodies, Re
 // After the drift: notes what touches, and sets the impulses back to where the first solve held them.
 void release_contacts(ContactPool& pool, BlockRange range);
 
+// Of what the impulses have changed by since the first solve held them, a share is kept.
+void keep_impulse_share(ContactPool& pool, BlockRange range, Real share);
+
 // One sweep over normal, then (unless another model sees to it) friction rows of the second solve: G v >= 0 (or a bounce) where it touches.
 Real sweep_contact_velocities(ContactPool& pool, BlockRange range, SolverBodies& bodies, bool with_friction = true);
 

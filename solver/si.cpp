@@ -29,6 +29,31 @@ void kick_bodies(SiContext& c, Real h) {
     });
 }
 
+// Solves that follow may be asked what they gain.
+void note_velocities(SiContext& c) {
+    if (!c.keeps_energy) return;
+    each_body(c, [&](int begin, int end) {
+        begin_push(c.bodies, begin, end);
+        return 0;
+    });
+}
+
+EnergyGain measure_gain(SiContext& c) {
+    each_body(c, [&](int begin, int end) {
+        measure_gain(c.bodies, begin, end);
+        return 0;
+    });
+    return gain_of(c.bodies, c.island.body_begin, c.island.dynamic_end);
+}
+
+// Joints are pulled back and kinematic bodies do work, which is energy that something gave; so does a bounce between the two solves.
+bool must_keep_energy(const SiContext& c) {
+    if (!c.has_contacts || c.has_joints || c.has_spins || c.island.has_bounce) return false;
+    for (int i = c.island.dynamic_end; i < c.island.body_end; ++i)
+        if (c.bodies.velocity[i].v != Vec3::Zero() || c.bodies.velocity[i].w != Vec3::Zero()) return false;
+    return true;
+}
+
 // Tells the probe, if there is one, what a solve has left.
 void note(SiContext& c, SolveTurn turn) {
     if (!c.probe) return;
@@ -40,6 +65,7 @@ void note(SiContext& c, SolveTurn turn) {
 // Kick, then velocities that the drift may use without any error growing.
 void first_solve(SiContext& c) {
     kick_bodies(c, 0.5 * c.h);
+    note_velocities(c);
     if (c.has_joints) {
         warm_start_first(c.joints, c.island.joints, c.bodies);
         bias_joints(c.joints, c.island.joints, c.bodies, c.h, c.joint_soft.rate);
@@ -66,8 +92,34 @@ Real sweep_velocities(SiContext& c) {
     return std::max({change, friction, spin});
 }
 
+Real sweep_on(SiContext& c) {
+    ++c.report.contact_sweeps;
+    return sweep_velocities(c);
+}
+
+// Where both solves together have gained energy because they did not converge: sweeps on, which takes it away if they do then; if they do
+// not, takes back what is left to take from the second solve, and sweeps once more, since its friction has bounds of its own.
+void take_gain_back(SiContext& c) {
+    constexpr int kMostSweeps = 8;
+    const Real tolerance = c.settings.residual_tolerance;
+    EnergyGain gain = c.gain + measure_gain(c);
+    for (int k = 0; k < kMostSweeps && gain.is_gain() && c.report.residual > tolerance; ++k) {
+        c.report.residual = sweep_on(c);
+        gain = c.gain + measure_gain(c);
+    }
+    if (!gain.is_gain() || c.report.residual <= tolerance) return;
+    const Real share = lossless_share(c.bodies, c.island.body_begin, c.island.dynamic_end, c.gain.sum);
+    keep_share(c.bodies, c.island.body_begin, c.island.dynamic_end, share);
+    if (c.wide)
+        c.wide->keep_impulse_share(share);
+    else
+        keep_impulse_share(c.contacts, c.island.contacts, share);
+    c.report.residual = sweep_on(c);
+}
+
 void second_solve(SiContext& c) {
     kick_bodies(c, 0.5 * c.h);
+    note_velocities(c);
     if (c.has_joints) warm_start_second(c.joints, c.island.joints, c.bodies);
     if (c.wide) {
         c.wide->start_second();
@@ -78,6 +130,7 @@ void second_solve(SiContext& c) {
     iterate(
         c, c.settings.iterations, [&] { return sweep_joint_velocities(c.joints, c.island.joints, c.bodies); },
         [&] { return sweep_velocities(c); });
+    if (c.keeps_energy) take_gain_back(c);
     note(c, SolveTurn::kSecond);
 }
 
@@ -130,6 +183,7 @@ void pushed_drift(SiContext& c) {
     if (narrow) hold_contacts(c.contacts, c.island.contacts, c.bodies);
     if (c.has_spins) hold_spins(c.contacts, c.island.spins, c.bodies);
     note(c, c.targets ? SolveTurn::kOnly : SolveTurn::kFirst);
+    if (c.keeps_energy) c.gain = measure_gain(c);
     each_body(c, [&](int begin, int end) {
         begin_push(c.bodies, begin, end);
         return 0;
@@ -186,9 +240,11 @@ SiReport solve_island_si(SolverBodies& bodies, ContactPool& contacts, JointPool&
     // A joint alone is solved by one sweep and may be rigid; joints that have to agree with others by sweeps may not.
     if (!c.has_contacts && island.joints.count() == 1) c.joint_soft = {};
     bodies.push.resize(bodies.velocity.size());
+    bodies.gain.resize(bodies.velocity.size());
     if (c.has_spins) build_spins(contacts, island.spins, bodies);
     c.wide = wide;
     c.probe = probe;
+    c.keeps_energy = settings.stabilisation == SiStabilisation::kSplit && !settings.model.is_textbook() && must_keep_energy(c);
     if (wide) wide->pack(contacts, bodies, island.body_begin, island.body_end);
     for (int k = 0; k < settings.substeps; ++k) {
         if (!settings.model.warm_start) {

@@ -1,6 +1,7 @@
 // What the stages of a solve by sequential impulses share; for solver/si.cpp (the default substep) and solver/si_textbook.cpp.
 #pragma once
 
+#include "solver/energy_gain.hpp"
 #include "solver/island_probe.hpp"
 #include "solver/si.hpp"
 
@@ -24,6 +25,8 @@ struct SiContext {
     WideContacts* wide = nullptr;  // takes the contacts' stages of the default substep, where that pays
     IslandProbe* probe = nullptr;
     const RowTargets* targets = nullptr;  // of the running substep, if it is the textbook's
+    bool keeps_energy = false;            // solves of the default substep may not add energy (solver/energy_gain.hpp)
+    EnergyGain gain = {};                 // of the running substep
 };
 
 // Sweeps joints and contacts, in the model's order, until no row changes its velocity by more than the tolerance or `most` sweeps are done.

@@ -327,6 +327,15 @@ void WideContacts::forget_warm_start() {
     std::fill(warm_.begin(), warm_.end(), WideWarm{});
 }
 
+void WideContacts::keep_impulse_share(Real share) {
+    const auto keep = [share](std::vector<Wide>& impulse, const std::vector<Wide>& held) {
+        for (std::size_t k = 0; k < impulse.size(); ++k)
+            for (int l = 0; l < kLanes; ++l) impulse[k].lane[l] = held[k].lane[l] + share * (impulse[k].lane[l] - held[k].lane[l]);
+    };
+    keep(normal_impulse_, normal_held_);
+    keep(friction_impulse_, friction_held_);
+}
+
 void WideContacts::copy_poses(const SolverBodies& bodies, int begin, int end) {
     for (int i = begin; i < end; ++i) {
         const BodyMotion& m = bodies.motion[i];

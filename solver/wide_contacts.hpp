@@ -76,6 +76,7 @@ public:
     void start_second() {
         in_order([](const WideKernel& k, const WideView& s, int begin, int end) { k.start_second(s, begin, end); });
     }
+    void keep_impulse_share(Real share);
     void close() {
         parts_.each_batch([&](int begin, int end) { kernel_->close(view_, begin, end); });
     }
