@@ -43,8 +43,8 @@ struct BodyDef {
     // twice), whose common centroid must then be the origin; that tensor may have products of inertia.
     std::optional<Vec3> inertia;
     std::vector<Shape> shapes;
-    Real friction = 0.5;               // Coulomb coefficient μ, >= 0; a pair has sqrt(μ_a μ_b)
-    Real restitution = 0;              // e >= 0 (over 1 a bounce adds energy); a pair has the larger
+    Real friction = 0.5;   // Coulomb coefficient μ, >= 0; a pair has sqrt(μ_a μ_b)
+    Real restitution = 0;  // e >= 0 (over 1 a bounce adds energy); a pair has the larger
     // [m], >= 0; a pair has the larger of both. The largest moment against turning about the normal, and against rolling, is this times the
     // normal force of the manifold.
     Real torsional_friction = 0;

@@ -40,15 +40,15 @@ void foresee(const WorldData& world, NarrowWorkspace& work, const Contact& c, co
     const bool has_sphere =
         world.shapes[c.shape_a].shape.type == ShapeType::kSphere || world.shapes[c.shape_b].shape.type == ShapeType::kSphere;
     const Foresight foresight = foresight_of(a, b, has_sphere, work.fresh, c.size, dt);
-    if (foresight.time == 0) return;
-    const Transform Y_WA = pose_after(a, foresight.time), Y_WB = pose_after(b, foresight.time);
-    PairCache cache = c.cache;
-    if (collide(world, work, c, Y_WA, Y_WB, margin, cache, work.foreseen) != NarrowResult::kTouching) return;
-    bring_back(work.foreseen, X_WA, X_WB, Y_WA, Y_WB);
-    if (foresight.adds)
-        add_foreseen(work.fresh, work.foreseen);
-    else
-        work.fresh.swap(work.foreseen);
+    const auto ask_at = [&](Real t) {
+        const Transform Y_WA = pose_after(a, t), Y_WB = pose_after(b, t);
+        PairCache cache = c.cache;
+        if (collide(world, work, c, Y_WA, Y_WB, margin, cache, work.foreseen) != NarrowResult::kTouching) return false;
+        bring_back(work.foreseen, X_WA, X_WB, Y_WA, Y_WB);
+        return true;
+    };
+    if (foresight.meeting > 0 && ask_at(foresight.meeting)) work.fresh.swap(work.foreseen);
+    if (foresight.at_end && ask_at(dt)) add_foreseen(work.fresh, work.foreseen);
 }
 
 void ask_narrow_phase(const WorldData& world, NarrowWorkspace& work, Contact& c, const Transform& X_WA, const Transform& X_WB, Real margin,

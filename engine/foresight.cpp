@@ -7,16 +7,18 @@ namespace {
 
 // Of the smaller shape's size: a pair that goes less far until it meets meets with the features that are nearest now.
 constexpr Real kLongWay = 0.01;
-constexpr Real kTurn = 0.01;  // [rad] in the step, of a pair that touches, from which on others of its features may come down
+// [rad] in the step, of a pair that touches or nearly does, from which on others of its features may come down.
+constexpr Real kTurn = 0.01;
 
 Vec3 velocity_at(const Body& body, const Vec3& point) {
     return body.v + body.w.cross(point - body.X_WB.p);
 }
 
-bool touches(const std::vector<Manifold>& found) {
-    return std::any_of(found.begin(), found.end(), [](const Manifold& m) {
-        return std::any_of(m.points.begin(), m.points.begin() + m.count, [](const ManifoldPoint& p) { return p.separation <= 0; });
-    });
+Real least_separation(const std::vector<Manifold>& found) {
+    Real least = found.front().points[0].separation;
+    for (const Manifold& m : found)
+        for (int i = 0; i < m.count; ++i) least = std::min(least, m.points[i].separation);
+    return least;
 }
 
 // When the first point closes; `dt` if none does within the step.
@@ -47,14 +49,14 @@ bool has_feature(const std::vector<Manifold>& found, int count, std::uint32_t su
 Foresight foresight_of(const Body& a, const Body& b, bool has_sphere, const std::vector<Manifold>& found, Real size, Real dt) {
     if (found.empty() || found.front().owner == NormalOwner::kCores) return {};
     const Real spin = (a.w - b.w).norm();
-    if (touches(found)) {
-        // A ball has the same features however it turns.
-        if (has_sphere || spin * dt < kTurn) return {};
-        return {dt, true};
-    }
-    const Real time = meeting_time(a, b, found, dt);
-    if (!(time < dt) || time * ((a.v - b.v).norm() + spin * size) < kLongWay * size) return {};
-    return {time, false};
+    const Real gap = least_separation(found);
+    const Real time = gap > 0 ? meeting_time(a, b, found, dt) : 0;
+    Foresight foresight;
+    if (time < dt && time * ((a.v - b.v).norm() + spin * size) >= kLongWay * size) foresight.meeting = time;
+    // A ball has the same features however it turns.
+    const bool is_near = foresight.meeting > 0 || gap <= spin * dt * size;
+    foresight.at_end = is_near && spin * dt >= kTurn && !has_sphere;
+    return foresight;
 }
 
 Transform pose_after(const Body& body, Real t) {

@@ -5,9 +5,8 @@
 // poses that the bodies' velocities lead to,
 // - when the shapes meet, for a pair that is apart and will meet within the step: what it says then takes the place of what it said of the
 //   start;
-// - at the step's end, for a pair that touches and turns: points that it finds there and that are clear of each other at the start are
-// added,
-//   as manifolds of their own.
+// - at the step's end, for a pair that turns and touches, will meet, or is so near that turning alone may bring other features down: points
+//   that it finds there and that are clear of each other at the start are added, as manifolds of their own.
 // The points are material, so that they serve at the present poses. Pairs that do neither are not asked twice. Internal to the engine.
 #pragma once
 
@@ -15,10 +14,9 @@
 
 namespace cairn {
 
-// Which of the two it is, and for when [s]; 0: neither.
 struct Foresight {
-    Real time = 0;
-    bool adds = false;  // the pair touches
+    Real meeting = 0;     // [s], when the shapes meet within the step, if they go far until then; 0: they do not
+    bool at_end = false;  // whether other features may come down until the step's end
 };
 
 // `found`: at the present poses. `size`: of the smaller shape [m].

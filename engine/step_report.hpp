@@ -37,11 +37,11 @@ struct StepReport {
     Real residual = 0;                 // [m/s], largest velocity change of a row in the last sweep of any solve
     Real natural_residual = 0;         // [m/s], of the contacts of islands solved by the textbook's substep (solver/contact_models.hpp)
     // With WorldSettings::tolerance alone:
-    std::uint32_t error_estimates = 0;     // made in this step
-    std::uint32_t steps_refined = 0;       // islands and bodies that were stepped again, finer, since their estimate was too large
-    std::uint32_t tolerance_missed = 0;    // whose estimate is too large with the finest step there is
-    Real error_rate = 0;                   // [m/s], largest of the present estimates of position error, per second
-    const StepProfile* profile = nullptr;  // with WorldSettings::profile; the world's own, until its next step
+    std::uint32_t error_estimates = 0;             // made in this step
+    std::uint32_t steps_refined = 0;               // islands and bodies that were stepped again, finer, since their estimate was too large
+    std::uint32_t tolerance_missed = 0;            // whose estimate is too large with the finest step there is
+    Real error_rate = 0;                           // [m/s], largest of the present estimates of position error, per second
+    const StepProfile* profile = nullptr;          // with WorldSettings::profile; the world's own, until its next step
     const StepDiagnostics* diagnostics = nullptr;  // with WorldSettings::diagnostics; likewise
 };
 

@@ -101,7 +101,7 @@ TEST_CASE("a step of a settled wall, swept four contacts at a time, allocates no
     World world(settings);
     world.add_body(ground());
     for (int row = 0; row < 4; ++row)
-        for (int k = 0; k < 12; ++k) world.add_body(cube(1, {k + 0.5 * (row % 2), 0, 0.5 + row}));
+        for (int k = 0; k < 12 - row % 2; ++k) world.add_body(cube(1, {k + 0.5 * (row % 2), 0, 0.5 + row}));
     allocates_nothing(world, 0.5, 0.5);
 }
 

@@ -43,9 +43,9 @@ const Body kTable = mover({0, 0, -1}, Vec3::Zero());
 TEST_CASE("a pair that will meet within the step is foreseen for when it meets") {
     const Body falling = mover({0, 0, 0.3}, {0, 0, -6});
     const Foresight f = foresight_of(falling, kTable, false, one_point(0.05), kSize, kStep);
-    CHECK(f.time == Approx(0.05 / 6));
-    CHECK_FALSE(f.adds);
-    CHECK(foresight_of(falling, kTable, true, one_point(0.05), kSize, kStep).time == f.time);  // balls as well
+    CHECK(f.meeting == Approx(0.05 / 6));
+    CHECK_FALSE(f.at_end);
+    CHECK(foresight_of(falling, kTable, true, one_point(0.05), kSize, kStep).meeting == f.meeting);  // balls as well
 }
 
 TEST_CASE("the point that a turning body closes first says when a pair meets") {
@@ -56,24 +56,41 @@ TEST_CASE("the point that a turning body closes first says when a pair meets") {
     found[0].points[1] = found[0].points[0];
     found[0].points[0].core_a.x() = found[0].points[0].core_b.x() = 0.2;
     found[0].points[1].core_a.x() = found[0].points[1].core_b.x() = -0.2;
-    CHECK(foresight_of(turning, kTable, false, found, kSize, kStep).time == Approx(0.02 / 1.8));
+    CHECK(foresight_of(turning, kTable, false, found, kSize, kStep).meeting == Approx(0.02 / 1.8));
 }
 
 TEST_CASE("a pair that does not meet within the step, or has hardly to go, is looked at once") {
-    CHECK(foresight_of(mover({0, 0, 0.3}, {0, 0, -2}), kTable, false, one_point(0.05), kSize, kStep).time == 0);
-    CHECK(foresight_of(mover({0, 0, 0.3}, {0, 0, 6}), kTable, false, one_point(0.05), kSize, kStep).time == 0);
-    CHECK(foresight_of(mover({0, 0, 0.3}, {0, 0, -6}), kTable, false, one_point(0.001), kSize, kStep).time == 0);
-    CHECK(foresight_of(mover({0, 0, 0.3}, {0, 0, -6}), kTable, false, {}, kSize, kStep).time == 0);
-    CHECK(foresight_of(mover({0, 0, 0.3}, {0, 0, -6}), kTable, false, one_point(0.05, NormalOwner::kCores), kSize, kStep).time == 0);
+    const auto looks_twice = [](const Vec3& v, const std::vector<Manifold>& found) {
+        const Foresight f = foresight_of(mover({0, 0, 0.3}, v), kTable, false, found, kSize, kStep);
+        return f.meeting > 0 || f.at_end;
+    };
+    CHECK_FALSE(looks_twice({0, 0, -2}, one_point(0.05)));
+    CHECK_FALSE(looks_twice({0, 0, 6}, one_point(0.05)));
+    CHECK_FALSE(looks_twice({0, 0, -6}, one_point(0.001)));
+    CHECK_FALSE(looks_twice({0, 0, -6}, {}));
+    CHECK_FALSE(looks_twice({0, 0, -6}, one_point(0.05, NormalOwner::kCores)));
 }
 
 TEST_CASE("a pair that touches is foreseen for the step's end if it turns, unless one of it is a ball") {
     const Body turning = mover({0, 0, 0.3}, Vec3::Zero(), {0, 3, 0}), resting = mover({0, 0, 0.3}, Vec3::Zero());
     const Foresight f = foresight_of(turning, kTable, false, one_point(0), kSize, kStep);
-    CHECK(f.time == kStep);
-    CHECK(f.adds);
-    CHECK(foresight_of(turning, kTable, true, one_point(0), kSize, kStep).time == 0);
-    CHECK(foresight_of(resting, kTable, false, one_point(-1e-4), kSize, kStep).time == 0);
+    CHECK(f.meeting == 0);
+    CHECK(f.at_end);
+    CHECK_FALSE(foresight_of(turning, kTable, true, one_point(0), kSize, kStep).at_end);
+    CHECK_FALSE(foresight_of(resting, kTable, false, one_point(-1e-4), kSize, kStep).at_end);
+}
+
+TEST_CASE("a pair whose nearest points part is foreseen for the step's end if turning may bring others down") {
+    const Body rising = mover({0, 0, 0.3}, {0, 0, 1}, {0, 14, 0});
+    const Real turned = 14 * kStep * kSize;  // [m]
+    CHECK(foresight_of(rising, kTable, false, one_point(0.9 * turned), kSize, kStep).at_end);
+    CHECK_FALSE(foresight_of(rising, kTable, false, one_point(1.1 * turned), kSize, kStep).at_end);
+}
+
+TEST_CASE("a pair that turns and comes from afar is foreseen for when it meets and for the step's end") {
+    const Foresight f = foresight_of(mover({0, 0, 0.3}, {0, 0, -12}, {0, 3, 0}), kTable, false, one_point(0.1), kSize, kStep);
+    CHECK(f.meeting == Approx(0.1 / 12));
+    CHECK(f.at_end);
 }
 
 TEST_CASE("what is foreseen is brought back with the bodies that it lies on") {

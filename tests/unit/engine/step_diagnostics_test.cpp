@@ -27,7 +27,7 @@ void build_stack(World& world, int count = 5, Real top_mass = 1) {
 void build_wall(World& world) {
     world.add_body(ground());
     for (int row = 0; row < 4; ++row)
-        for (int k = 0; k < 12; ++k) world.add_body(cube(1, {k + 0.5 * (row % 2), 0, 0.5 + row}));
+        for (int k = 0; k < 12 - row % 2; ++k) world.add_body(cube(1, {k + 0.5 * (row % 2), 0, 0.5 + row}));
 }
 
 // Hangs from the world, or (with a ground below) swings onto it.
