@@ -30,7 +30,7 @@ struct SiSettings {
     int iterations = 2;              // most sweeps of a solve
     Real residual_tolerance = 1e-4;  // [m/s]; 0: `iterations` sweeps, fewer only after one that changed nothing (residual exactly 0)
     SiStabilisation stabilisation = SiStabilisation::kSplit;
-    Real contact_push = 0.1;                // share of a penetration that a substep takes back
+    Real contact_push = 0.25;                // share of a penetration that a substep takes back
     Real joint_h_omega = 2 * kPi * 0.25;    // soft joints: 2π f h
     Real joint_damping = 0.5;               // ζ
     Real baumgarte = 0.2;                   // β of kTargetVelocity, and of joints in all of the textbook but kNone
