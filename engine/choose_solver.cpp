@@ -142,6 +142,7 @@ SolverPlan choose_solver(WorldData& world, IslandWorkspace& work, int index, con
     const int bodies = island.dynamic_end - island.body_begin;
     const bool has_many = bodies > (quiet ? kLargestIsland : kSmallIsland);
     if (!forced && (has_many || (!quiet && (bodies == 1 || has_like_masses(world, index))))) {
+        if (bodies > 1) plan.substeps = std::max(1, plan.substeps / 2);
         return give_to_sweeps(plan, bodies == 1 ? SolverReason::kLoneMover : SolverReason::kLarge);
     }
     const int points = points_of(work.contact_pool, island.contacts).count();

@@ -5,6 +5,7 @@
 #include "solver/tgs.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace cairn {
 namespace {
@@ -206,10 +207,6 @@ bool solve_island(WorldData& world, IslandWorkspace& work, int index, const SiIs
     if (solver == SolverChoice::kSi && may_go_wide(island, settings)) spread_contacts(work, island);
     const bool wide = work.is_island_wide =
         solver == SolverChoice::kSi && plan_wide(work.wide_contacts, work.contact_pool, island, settings, &work.solver_bodies, work.team);
-    if (wide && substeps != default_substeps) {  // wide contacts give their warm impulses back unscaled
-        scale_warm_impulses(work, island, static_cast<Real>(substeps) / default_substeps);
-        substeps = default_substeps;
-    }
     if (!wide) build_contacts(work.contact_pool, island.contacts, work.solver_bodies);
     if (solver == SolverChoice::kDirect && !solve_directly(world, work, island, dt, plan, work.solved, work.report, island_report))
         sweep_instead();
@@ -225,6 +222,7 @@ bool solve_island(WorldData& world, IslandWorkspace& work, int index, const SiIs
         if (!island.joints.empty()) build_joints(work.joint_pool, island.joints, work.solver_bodies);
         IslandProbe* probe = begin_probe(world, work, island);
         settings.substeps = substeps;
+        settings.contact_push = 1 - std::pow(1 - settings.contact_push, static_cast<Real>(default_substeps) / substeps);
         const SiReport si = solver == SolverChoice::kTgs
                                 ? solve_island_tgs(work.solver_bodies, work.contact_pool, work.joint_pool, island, dt, settings, probe)
                                 : solve_island_si(work.solver_bodies, work.contact_pool, work.joint_pool, island, dt, settings,
@@ -232,7 +230,9 @@ bool solve_island(WorldData& world, IslandWorkspace& work, int index, const SiIs
         island_report.iterations = std::max(si.contact_sweeps, si.joint_sweeps);
         work.solved.add(si);
     }
-    scale_warm_impulses(work, island, static_cast<Real>(substeps) / world.settings.substeps);
+    const Real kept = static_cast<Real>(substeps) / world.settings.substeps;
+    if (wide) work.wide_contacts.scale_results(kept);
+    scale_warm_impulses(work, island, kept);
     if (solver != plan.solver) island_report.fell_back_from = plan.solver;
     island_report.solver = solver;
     island_report.substeps = substeps;

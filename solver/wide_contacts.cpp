@@ -137,6 +137,7 @@ void WideContacts::cut_batches(const ContactPool& pool, int levels, int body_beg
 }
 
 void WideContacts::pack(const ContactPool& pool, SolverBodies& bodies, int begin, int end) {
+    result_scale_ = 1;
     const int batches = batch_count();
     grow(batches_, batches);
     grow(builds_, batches);
@@ -273,12 +274,12 @@ WideContacts::Result WideContacts::result(int batch, int lane, int i) const {
     const WideWarm& warm = warm_[b.first + i];
     const WideImpulse& total = total_[b.first + i];
     Result r;
-    r.warm.position = warm.position.lane[lane] + 0.0;
-    r.warm.velocity = warm.velocity.lane[lane] + 0.0;
+    r.warm.position = result_scale_ * warm.position.lane[lane] + 0.0;
+    r.warm.velocity = result_scale_ * warm.velocity.lane[lane] + 0.0;
     r.total.normal = total.normal.lane[lane] + 0.0;
     for (int j = 0; j < 2; ++j) {
-        r.warm.friction[j] = warm.friction[j].lane[lane] + 0.0;
-        r.warm.friction_first[j] = warm.friction_first[j].lane[lane] + 0.0;
+        r.warm.friction[j] = result_scale_ * warm.friction[j].lane[lane] + 0.0;
+        r.warm.friction_first[j] = result_scale_ * warm.friction_first[j].lane[lane] + 0.0;
         r.total.friction[j] = total.friction[j].lane[lane] + 0.0;
         r.t[j] = b.friction >= 0 ? get(frictions_[b.friction + 2 * i + j].t, lane) : Vec3(Vec3::Zero());
     }

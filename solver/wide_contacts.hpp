@@ -42,6 +42,8 @@ public:
         Vec3 t[2];
     };
     Result result(int batch, int lane, int i) const;
+    // Multiplies the warm impulses that results have, when the next step's are to be of another length.
+    void scale_results(Real scale) { result_scale_ = scale; }
     // Copies the results of all points to the pool.
     void unpack(ContactPool& pool) const;
 
@@ -111,6 +113,7 @@ private:
 
     const WideKernel* kernel_;
     WideView view_{};
+    Real result_scale_ = 1;
     WideParts parts_;
     std::vector<int> order_;         // blocks by part and level
     std::vector<int> batch_begin_;   // size batches + 1, in order_

@@ -202,6 +202,30 @@ TEST_CASE("what is measured of contacts solved four blocks at a time is what is 
     CHECK(a.work().stabilisation == b.work().stabilisation);
 }
 
+TEST_CASE("results are warm impulses of the length that is asked for, and totals as they are") {
+    Random random(7);
+    Island island = random_island(random, 60, 200);
+    WideContacts memory(&kPortableWideKernel);
+    step_wide(island, {}, memory);
+    const WideContacts::Result whole = memory.result(3, 1, 0);
+    memory.scale_results(0.5);
+    const WideContacts::Result half = memory.result(3, 1, 0);
+    REQUIRE(whole.total.normal > 0);
+    CHECK(half.total.normal == whole.total.normal);
+    CHECK(half.warm.position == 0.5 * whole.warm.position);
+    CHECK(half.warm.velocity == 0.5 * whole.warm.velocity);
+    for (int j = 0; j < 2; ++j) {
+        CHECK(half.warm.friction[j] == 0.5 * whole.warm.friction[j]);
+        CHECK(half.warm.friction_first[j] == 0.5 * whole.warm.friction_first[j]);
+    }
+    // And only for once.
+    WideContacts fresh(&kPortableWideKernel);
+    Island again = island, other = island;
+    step_wide(again, {}, memory);
+    step_wide(other, {}, fresh);
+    CHECK(differences(again, other) == 0);
+}
+
 TEST_CASE("contacts of one island after another, smaller one leave nothing of it") {
     Random random(11);
     const Island big = random_island(random, 60, 300), small = random_island(random, 40, 60);
