@@ -70,7 +70,7 @@ constexpr Real kKeep = 1e-7;
 constexpr Real kTurnPerSubstep = 0.7;
 constexpr int kMostParts = 64;
 // [rad], by which bodies may turn before W is built anew: it says how far an impulse goes, not what it has to reach.
-constexpr Real kKeepResponse = 0.02;
+constexpr Real kKeepResponse = 0.05;
 
 class MixedStep {
 public:
