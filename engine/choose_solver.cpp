@@ -130,19 +130,19 @@ bool takes(SolverChoice solver, const SiIsland& island) {
 SolverPlan choose_solver(WorldData& world, IslandWorkspace& work, int index, const SiIsland& island, Real dt) {
     SolverPlan plan;
     plan.solver = world.settings.solver;
-    plan.substeps = world.settings.substeps;
-    const bool forced = plan.solver != SolverChoice::kAuto;
+    plan.substeps = plan.substeps_if_wide = world.settings.substeps;
+    plan.is_quiet = is_quiet(world, index, dt);
+    const bool forced = plan.solver != SolverChoice::kAuto, quiet = plan.is_quiet;
     if (!forced) {
         choose_by_contents(world.settings, island, plan);
     }
-    if (plan.solver == SolverChoice::kMixed)
-        plan.substeps = is_quiet(world, index, dt) ? 1 : mixed_substeps(work.solver_bodies, island, dt, MixedSettings());
+    if (plan.solver == SolverChoice::kMixed) plan.substeps = quiet ? 1 : mixed_substeps(work.solver_bodies, island, dt, MixedSettings());
     if (plan.solver != SolverChoice::kDirect || !takes(SolverChoice::kDirect, island)) return plan;
-    const bool quiet = is_quiet(world, index, dt);
     const int bodies = island.dynamic_end - island.body_begin;
     const bool has_many = bodies > (quiet ? kLargestIsland : kSmallIsland);
     if (!forced && (has_many || (!quiet && (bodies == 1 || has_like_masses(world, index))))) {
-        if (bodies > 1) plan.substeps = std::max(1, plan.substeps / 2);
+        // What moves has errors of impacts, for which there is room; loads that rest need all substeps, the more the more lies on them.
+        if (bodies > 1 && !quiet) plan.substeps = plan.substeps_if_wide = std::max(1, plan.substeps / 2);
         return give_to_sweeps(plan, bodies == 1 ? SolverReason::kLoneMover : SolverReason::kLarge);
     }
     const int points = points_of(work.contact_pool, island.contacts).count();

@@ -191,7 +191,7 @@ bool solve_island(WorldData& world, IslandWorkspace& work, int index, const SiIs
     island_report.reason = plan.reason;
     if (!takes(plan.solver, island)) return false;
     const int default_substeps = level < 0 ? world.settings.substeps : 1 << level;
-    if (level >= 0 && plan.solver != SolverChoice::kRattle) plan.substeps = default_substeps;
+    if (level >= 0 && plan.solver != SolverChoice::kRattle) plan.substeps = plan.substeps_if_wide = default_substeps;
     // The cache holds the impulses of a substep of the default length.
     scale_warm_impulses(work, island, scale * world.settings.substeps / plan.substeps);
     SolverChoice solver = plan.solver;
@@ -207,6 +207,10 @@ bool solve_island(WorldData& world, IslandWorkspace& work, int index, const SiIs
     if (solver == SolverChoice::kSi && may_go_wide(island, settings)) spread_contacts(work, island);
     const bool wide = work.is_island_wide =
         solver == SolverChoice::kSi && plan_wide(work.wide_contacts, work.contact_pool, island, settings, &work.solver_bodies, work.team);
+    if (wide && substeps != plan.substeps_if_wide) {
+        scale_warm_impulses(work, island, static_cast<Real>(substeps) / plan.substeps_if_wide);
+        substeps = plan.substeps_if_wide;
+    }
     if (!wide) build_contacts(work.contact_pool, island.contacts, work.solver_bodies);
     if (solver == SolverChoice::kDirect && !solve_directly(world, work, island, dt, plan, work.solved, work.report, island_report))
         sweep_instead();
@@ -222,6 +226,7 @@ bool solve_island(WorldData& world, IslandWorkspace& work, int index, const SiIs
         if (!island.joints.empty()) build_joints(work.joint_pool, island.joints, work.solver_bodies);
         IslandProbe* probe = begin_probe(world, work, island);
         settings.substeps = substeps;
+        settings.may_gain = plan.is_quiet;
         settings.contact_push = 1 - std::pow(1 - settings.contact_push, static_cast<Real>(default_substeps) / substeps);
         const SiReport si = solver == SolverChoice::kTgs
                                 ? solve_island_tgs(work.solver_bodies, work.contact_pool, work.joint_pool, island, dt, settings, probe)

@@ -48,7 +48,7 @@ EnergyGain measure_gain(SiContext& c) {
 
 // Joints are pulled back and kinematic bodies do work, which is energy that something gave; so does a bounce between the two solves.
 bool must_keep_energy(const SiContext& c) {
-    if (!c.has_contacts || c.has_joints || c.has_spins || c.island.has_bounce) return false;
+    if (c.settings.may_gain || !c.has_contacts || c.has_joints || c.has_spins || c.island.has_bounce) return false;
     for (int i = c.island.dynamic_end; i < c.island.body_end; ++i)
         if (c.bodies.velocity[i].v != Vec3::Zero() || c.bodies.velocity[i].w != Vec3::Zero()) return false;
     return true;

@@ -30,7 +30,7 @@ struct SiSettings {
     int iterations = 2;              // most sweeps of a solve
     Real residual_tolerance = 1e-4;  // [m/s]; 0: `iterations` sweeps, fewer only after one that changed nothing (residual exactly 0)
     SiStabilisation stabilisation = SiStabilisation::kSplit;
-    Real contact_push = 0.25;                // share of a penetration that a substep takes back
+    Real contact_push = 0.25;               // share of a penetration that a substep takes back
     Real joint_h_omega = 2 * kPi * 0.25;    // soft joints: 2π f h
     Real joint_damping = 0.5;               // ζ
     Real baumgarte = 0.2;                   // β of kTargetVelocity, and of joints in all of the textbook but kNone
@@ -38,6 +38,7 @@ struct SiSettings {
     Real contact_damping = 5;               // ζ
     Real contact_max_push = 3;              // [m/s]
     SiModel model;
+    bool may_gain = false;      // energy, by solves that do not converge (solver/energy_gain.hpp)
     Real rebuild_angle = 1e-3;  // [rad]: rows are rebuilt once a body has turned by more since they were; less in short substeps
 };
 
