@@ -14,6 +14,7 @@ namespace {
 constexpr int kSmallIsland = 64;
 constexpr Real kLikeMasses = 5;  // of the heaviest to the lightest
 constexpr int kFreeIsland = 300;
+constexpr Real kFastSteps = 4;  // of fall, whose speed is fast
 constexpr int kLargestIsland = 6000;
 // Costs in products of 6 × 6 blocks, per contact point: a step of sequential impulses, the direct solver's matrix, step and pass.
 constexpr double kAllowance = 7;
@@ -35,13 +36,13 @@ bool asks_for_sequential_impulses(const WorldSettings& settings) {
     return !(settings.model == SiModel{}) || settings.stabilisation != Stabilisation::kSplit;
 }
 
-// Slower than what its own acceleration makes of it in one step from rest.
-bool is_quiet(const WorldData& world, int index, Real dt) {
+// No body is faster than its own acceleration makes it in `time` from rest.
+bool is_slow(const WorldData& world, int index, Real time) {
     const IndexRange bodies = world.islands.bodies(index);
     for (int k = bodies.begin; k < bodies.end; ++k) {
         const Body& body = world.bodies[world.islands.body_list()[k]];
         const Real a = external_acceleration(world, body).norm();
-        if (body.v.norm() + body.radius * body.w.norm() > a * dt) return false;
+        if (body.v.norm() + body.radius * body.w.norm() > a * time) return false;
     }
     return true;
 }
@@ -131,7 +132,7 @@ SolverPlan choose_solver(WorldData& world, IslandWorkspace& work, int index, con
     SolverPlan plan;
     plan.solver = world.settings.solver;
     plan.substeps = plan.substeps_if_wide = world.settings.substeps;
-    plan.is_quiet = is_quiet(world, index, dt);
+    plan.is_quiet = is_slow(world, index, dt);
     const bool forced = plan.solver != SolverChoice::kAuto, quiet = plan.is_quiet;
     if (!forced) {
         choose_by_contents(world.settings, island, plan);
@@ -141,8 +142,10 @@ SolverPlan choose_solver(WorldData& world, IslandWorkspace& work, int index, con
     const int bodies = island.dynamic_end - island.body_begin;
     const bool has_many = bodies > (quiet ? kLargestIsland : kSmallIsland);
     if (!forced && (has_many || (!quiet && (bodies == 1 || has_like_masses(world, index))))) {
-        // What moves has errors of impacts, for which there is room; loads that rest need all substeps, the more the more lies on them.
-        if (bodies > 1 && !quiet) plan.substeps = plan.substeps_if_wide = std::max(1, plan.substeps / 2);
+        // What moves fast has errors of impacts, for which there is room. Loads that rest need all substeps, the more the more lies on
+        // them, even while they sway; and what a kinematic body shakes is as fast as that.
+        if (bodies > 1 && island.dynamic_end == island.body_end && !is_slow(world, index, kFastSteps * dt))
+            plan.substeps = plan.substeps_if_wide = std::max(1, plan.substeps / 2);
         return give_to_sweeps(plan, bodies == 1 ? SolverReason::kLoneMover : SolverReason::kLarge);
     }
     const int points = points_of(work.contact_pool, island.contacts).count();

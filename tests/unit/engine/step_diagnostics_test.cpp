@@ -158,6 +158,26 @@ TEST_CASE("every island tells who solved it and why") {
     }
 }
 
+TEST_CASE("what moves together and is of like masses is swept in half the substeps, what moves alone or rests is not") {
+    World world(diagnosed());
+    world.add_body(ground());
+    const auto push = [&](BodyDef def, Real speed) {
+        def.linear_velocity = {speed, 0, 0};
+        return world.add_body(def);
+    };
+    const BodyId pair = push(cube(1, {0, 0, 0.5}), 3), alone = push(cube(1, {0, 10, 0.5}), 3), resting = push(cube(1, {0, 20, 0.5}), 0);
+    push(cube(1, {0, 0, 1.5}), 3);
+    push(cube(1, {0, 20, 1.5}), 0);
+    const StepReport report = world.step(kStep);
+    int told = 0;
+    for (const IslandReport& island : report.diagnostics->islands) {
+        if (island.first_body == pair) CHECK((++told, island.solver == SolverChoice::kSi && island.substeps == 2));
+        if (island.first_body == alone) CHECK((++told, island.solver == SolverChoice::kSi && island.substeps == 4));
+        if (island.first_body == resting) CHECK((++told, island.solver == SolverChoice::kDirect));
+    }
+    CHECK(told == 3);
+}
+
 TEST_CASE("an island that its first solver gave up tells which one that was") {
     World world(diagnosed());
     const BodyId hub = world.add_body(ball(1, {0, 0, 0}));
