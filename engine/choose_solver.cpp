@@ -132,8 +132,8 @@ SolverPlan choose_solver(WorldData& world, IslandWorkspace& work, int index, con
     SolverPlan plan;
     plan.solver = world.settings.solver;
     plan.substeps = plan.substeps_if_wide = world.settings.substeps;
-    plan.is_quiet = is_slow(world, index, dt);
-    const bool forced = plan.solver != SolverChoice::kAuto, quiet = plan.is_quiet;
+    plan.is_slow = is_slow(world, index, kFastSteps * dt);
+    const bool forced = plan.solver != SolverChoice::kAuto, quiet = plan.is_slow && is_slow(world, index, dt);
     if (!forced) {
         choose_by_contents(world.settings, island, plan);
     }
@@ -144,7 +144,7 @@ SolverPlan choose_solver(WorldData& world, IslandWorkspace& work, int index, con
     if (!forced && (has_many || (!quiet && (bodies == 1 || has_like_masses(world, index))))) {
         // What moves fast has errors of impacts, for which there is room. Loads that rest need all substeps, the more the more lies on
         // them, even while they sway; and what a kinematic body shakes is as fast as that.
-        if (bodies > 1 && island.dynamic_end == island.body_end && !is_slow(world, index, kFastSteps * dt))
+        if (bodies > 1 && island.dynamic_end == island.body_end && !plan.is_slow)
             plan.substeps = plan.substeps_if_wide = std::max(1, plan.substeps / 2);
         return give_to_sweeps(plan, bodies == 1 ? SolverReason::kLoneMover : SolverReason::kLarge);
     }

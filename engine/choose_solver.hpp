@@ -30,7 +30,7 @@ struct SolverPlan {
     SolverChoice solver = SolverChoice::kSi;
     int substeps = 1;
     int substeps_if_wide = 1;  // of sweeps four contacts at a time
-    bool is_quiet = false;     // no body is faster than its own acceleration makes it in one step from rest
+    bool is_slow = false;      // no body is faster than its own acceleration makes it in four steps from rest
     SolverReason reason = SolverReason::kForced;
     DirectState* direct = nullptr;
     int most_factorisations = DirectSettings{}.most_factorisations;

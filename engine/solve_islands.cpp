@@ -226,7 +226,7 @@ bool solve_island(WorldData& world, IslandWorkspace& work, int index, const SiIs
         if (!island.joints.empty()) build_joints(work.joint_pool, island.joints, work.solver_bodies);
         IslandProbe* probe = begin_probe(world, work, island);
         settings.substeps = substeps;
-        settings.may_gain = plan.is_quiet;
+        settings.may_gain = plan.is_slow;
         settings.contact_push = 1 - std::pow(1 - settings.contact_push, static_cast<Real>(default_substeps) / substeps);
         const SiReport si = solver == SolverChoice::kTgs
                                 ? solve_island_tgs(work.solver_bodies, work.contact_pool, work.joint_pool, island, dt, settings, probe)
