@@ -14,7 +14,6 @@ namespace {
 constexpr int kSmallIsland = 64;
 constexpr Real kLikeMasses = 5;  // of the heaviest to the lightest
 constexpr int kFreeIsland = 300;
-constexpr Real kFastSteps = 4;  // of fall, whose speed is fast
 constexpr int kLargestIsland = 6000;
 // Costs in products of 6 × 6 blocks, per contact point: a step of sequential impulses, the direct solver's matrix, step and pass.
 constexpr double kAllowance = 7;
@@ -30,21 +29,23 @@ constexpr int kLongestWait = 64;
 // Quiet steps in a row that an island may take without coming to rest before it pays like one that moves: it creeps, and would be
 // factorised in every step.
 constexpr int kPatience = 4;
+constexpr Real kFastSteps = 4;  // of fall, beyond whose speed a body is fast
 
 // A model of the textbook's, or a way of stabilising, is asked for: only sequential impulses have them.
 bool asks_for_sequential_impulses(const WorldSettings& settings) {
     return !(settings.model == SiModel{}) || settings.stabilisation != Stabilisation::kSplit;
 }
 
-// No body is faster than its own acceleration makes it in `time` from rest.
-bool is_slow(const WorldData& world, int index, Real time) {
+Pace pace_of(const WorldData& world, int index, Real dt) {
+    Pace pace = Pace::kQuiet;
     const IndexRange bodies = world.islands.bodies(index);
     for (int k = bodies.begin; k < bodies.end; ++k) {
         const Body& body = world.bodies[world.islands.body_list()[k]];
-        const Real a = external_acceleration(world, body).norm();
-        if (body.v.norm() + body.radius * body.w.norm() > a * time) return false;
+        const Real speed = body.v.norm() + body.radius * body.w.norm(), of_a_step = external_acceleration(world, body).norm() * dt;
+        if (speed > kFastSteps * of_a_step) return Pace::kFast;
+        if (speed > of_a_step) pace = Pace::kSlow;
     }
-    return true;
+    return pace;
 }
 
 bool has_like_masses(const WorldData& world, int index) {
@@ -132,8 +133,8 @@ SolverPlan choose_solver(WorldData& world, IslandWorkspace& work, int index, con
     SolverPlan plan;
     plan.solver = world.settings.solver;
     plan.substeps = plan.substeps_if_wide = world.settings.substeps;
-    plan.is_slow = is_slow(world, index, kFastSteps * dt);
-    const bool forced = plan.solver != SolverChoice::kAuto, quiet = plan.is_slow && is_slow(world, index, dt);
+    if (island.contacts.begin < island.contacts.end) plan.pace = pace_of(world, index, dt);
+    const bool forced = plan.solver != SolverChoice::kAuto, quiet = plan.pace == Pace::kQuiet;
     if (!forced) {
         choose_by_contents(world.settings, island, plan);
     }
@@ -144,7 +145,7 @@ SolverPlan choose_solver(WorldData& world, IslandWorkspace& work, int index, con
     if (!forced && (has_many || (!quiet && (bodies == 1 || has_like_masses(world, index))))) {
         // What moves fast has errors of impacts, for which there is room. Loads that rest need all substeps, the more the more lies on
         // them, even while they sway; and what a kinematic body shakes is as fast as that.
-        if (bodies > 1 && island.dynamic_end == island.body_end && !plan.is_slow)
+        if (bodies > 1 && island.dynamic_end == island.body_end && plan.pace == Pace::kFast)
             plan.substeps = plan.substeps_if_wide = std::max(1, plan.substeps / 2);
         return give_to_sweeps(plan, bodies == 1 ? SolverReason::kLoneMover : SolverReason::kLarge);
     }

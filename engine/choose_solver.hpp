@@ -26,11 +26,14 @@ struct DirectState {
     std::uint64_t last_step = 0;
 };
 
+// How fast the fastest body of an island is: no faster than its own acceleration makes it from rest in one step, in four, or more.
+enum class Pace : std::uint8_t { kQuiet, kSlow, kFast };
+
 struct SolverPlan {
     SolverChoice solver = SolverChoice::kSi;
     int substeps = 1;
     int substeps_if_wide = 1;  // of sweeps four contacts at a time
-    bool is_slow = false;      // no body is faster than its own acceleration makes it in four steps from rest
+    Pace pace = Pace::kFast;
     SolverReason reason = SolverReason::kForced;
     DirectState* direct = nullptr;
     int most_factorisations = DirectSettings{}.most_factorisations;

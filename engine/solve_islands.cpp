@@ -226,7 +226,7 @@ bool solve_island(WorldData& world, IslandWorkspace& work, int index, const SiIs
         if (!island.joints.empty()) build_joints(work.joint_pool, island.joints, work.solver_bodies);
         IslandProbe* probe = begin_probe(world, work, island);
         settings.substeps = substeps;
-        settings.may_gain = plan.is_slow;
+        settings.may_gain = plan.pace != Pace::kFast;
         settings.contact_push = 1 - std::pow(1 - settings.contact_push, static_cast<Real>(default_substeps) / substeps);
         const SiReport si = solver == SolverChoice::kTgs
                                 ? solve_island_tgs(work.solver_bodies, work.contact_pool, work.joint_pool, island, dt, settings, probe)
@@ -236,8 +236,12 @@ bool solve_island(WorldData& world, IslandWorkspace& work, int index, const SiIs
         work.solved.add(si);
     }
     const Real kept = static_cast<Real>(substeps) / world.settings.substeps;
-    if (wide) work.wide_contacts.scale_results(kept);
-    scale_warm_impulses(work, island, kept);
+    if (wide) {  // the pool's own warm impulses are read no more
+        work.wide_contacts.scale_results(kept);
+        if (kept != 1) scale_warm_start(work.joint_pool, island.joints, kept);
+    } else {
+        scale_warm_impulses(work, island, kept);
+    }
     if (solver != plan.solver) island_report.fell_back_from = plan.solver;
     island_report.solver = solver;
     island_report.substeps = substeps;

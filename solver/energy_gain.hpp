@@ -3,8 +3,8 @@
 // For rows with targets <= 0 and Coulomb friction, a solve that converges takes energy away: T(v + M⁻¹ Gᵀ λ) − T(v) = λᵀ G v + ½ λᵀ S λ is
 // what it minimises over the admissible λ, and λ = 0 is one of them (a Gauss-Seidel sweep never raises it). Sweeps that are few start from
 // warm impulses instead, and after an impact these may be far too large: they throw bodies apart with energy that nothing gave. (Islands
-// where nobody is faster than gravity makes it in a step are left alone: they have little to gain, and a share taken from supports lets
-// them sink.)
+// where nobody is faster than gravity makes it in four steps are left alone: they have little to gain, and a share taken from supports
+// lets them sink.)
 #pragma once
 
 #include "solver/body.hpp"

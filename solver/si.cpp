@@ -9,6 +9,10 @@
 namespace cairn {
 namespace {
 
+bool is_default_substep(const SiSettings& settings) {
+    return settings.stabilisation == SiStabilisation::kSplit && !settings.model.is_textbook();
+}
+
 void close_substep(SiContext& c) {
     if (c.has_joints) close_joint_substep(c.joints, c.island.joints);
     if (c.has_spins) close_spin_substep(c.contacts, c.island.spins);
@@ -29,9 +33,8 @@ void kick_bodies(SiContext& c, Real h) {
     });
 }
 
-// Solves that follow may be asked what they gain.
+// For what follows to be told apart: a push, or what a solve gains.
 void note_velocities(SiContext& c) {
-    if (!c.keeps_energy) return;
     each_body(c, [&](int begin, int end) {
         begin_push(c.bodies, begin, end);
         return 0;
@@ -48,7 +51,8 @@ EnergyGain measure_gain(SiContext& c) {
 
 // Joints are pulled back and kinematic bodies do work, which is energy that something gave; so does a bounce between the two solves.
 bool must_keep_energy(const SiContext& c) {
-    if (c.settings.may_gain || !c.has_contacts || c.has_joints || c.has_spins || c.island.has_bounce) return false;
+    if (!is_default_substep(c.settings) || c.settings.may_gain || !c.has_contacts || c.has_joints || c.has_spins || c.island.has_bounce)
+        return false;
     for (int i = c.island.dynamic_end; i < c.island.body_end; ++i)
         if (c.bodies.velocity[i].v != Vec3::Zero() || c.bodies.velocity[i].w != Vec3::Zero()) return false;
     return true;
@@ -65,7 +69,7 @@ void note(SiContext& c, SolveTurn turn) {
 // Kick, then velocities that the drift may use without any error growing.
 void first_solve(SiContext& c) {
     kick_bodies(c, 0.5 * c.h);
-    note_velocities(c);
+    if (c.keeps_energy) note_velocities(c);
     if (c.has_joints) {
         warm_start_first(c.joints, c.island.joints, c.bodies);
         bias_joints(c.joints, c.island.joints, c.bodies, c.h, c.joint_soft.rate);
@@ -119,7 +123,7 @@ void take_gain_back(SiContext& c) {
 
 void second_solve(SiContext& c) {
     kick_bodies(c, 0.5 * c.h);
-    note_velocities(c);
+    if (c.keeps_energy) note_velocities(c);
     if (c.has_joints) warm_start_second(c.joints, c.island.joints, c.bodies);
     if (c.wide) {
         c.wide->start_second();
@@ -184,10 +188,7 @@ void pushed_drift(SiContext& c) {
     if (c.has_spins) hold_spins(c.contacts, c.island.spins, c.bodies);
     note(c, c.targets ? SolveTurn::kOnly : SolveTurn::kFirst);
     if (c.keeps_energy) c.gain = measure_gain(c);
-    each_body(c, [&](int begin, int end) {
-        begin_push(c.bodies, begin, end);
-        return 0;
-    });
+    note_velocities(c);
     if (c.wide) c.wide->push();
     if (narrow) push_contacts(c.contacts, c.island.contacts, c.bodies, c.h, c.settings.contact_push);
     each_body(c, [&](int begin, int end) {
@@ -214,9 +215,8 @@ void SiReport::add(const SiReport& r) {
 
 bool may_go_wide(const SiIsland& island, const SiSettings& settings) {
     const FrictionModel friction = settings.model.friction;
-    return island.contacts.begin < island.contacts.end && !island.has_bounce && !island.has_spins() &&
-           settings.stabilisation == SiStabilisation::kSplit && !settings.model.is_textbook() && friction != FrictionModel::kCone &&
-           friction != FrictionModel::kOneDirection;
+    return island.contacts.begin < island.contacts.end && !island.has_bounce && !island.has_spins() && is_default_substep(settings) &&
+           friction != FrictionModel::kCone && friction != FrictionModel::kOneDirection;
 }
 
 bool plan_wide(WideContacts& wide, const ContactPool& contacts, const SiIsland& island, const SiSettings& settings,
@@ -244,7 +244,7 @@ SiReport solve_island_si(SolverBodies& bodies, ContactPool& contacts, JointPool&
     if (c.has_spins) build_spins(contacts, island.spins, bodies);
     c.wide = wide;
     c.probe = probe;
-    c.keeps_energy = settings.stabilisation == SiStabilisation::kSplit && !settings.model.is_textbook() && must_keep_energy(c);
+    c.keeps_energy = must_keep_energy(c);
     if (wide) wide->pack(contacts, bodies, island.body_begin, island.body_end);
     for (int k = 0; k < settings.substeps; ++k) {
         if (!settings.model.warm_start) {
@@ -253,7 +253,7 @@ SiReport solve_island_si(SolverBodies& bodies, ContactPool& contacts, JointPool&
             if (c.wide) c.wide->forget_warm_start();
             scale_warm_start(joints, island.joints, 0);
         }
-        if (settings.stabilisation == SiStabilisation::kSplit && !settings.model.is_textbook()) {
+        if (is_default_substep(settings)) {
             substep_split(c);
         } else {
             substep_textbook(c);
