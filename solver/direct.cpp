@@ -122,6 +122,23 @@ void share_evenly(ContactPool& contacts, BlockRange range) {
     }
 }
 
+// Contacts without a history are expected to bear in the second half of the step what they bear in the first.
+void expect_the_same(ContactPool& contacts, BlockRange range) {
+    for (int k = range.begin; k < range.end; ++k) {
+        const ContactBlock& block = contacts.blocks[k];
+        for (int p = block.first; p < block.first + block.count; ++p) {
+            WarmImpulse& warm = contacts.warm[p];
+            if (warm.position != 0 || warm.velocity != 0) continue;
+            const PointImpulse& impulse = contacts.impulse[p];
+            warm.velocity = impulse.normal;
+            for (int j = 0; block.friction >= 0 && j < 2; ++j) {
+                warm.friction_first[j] = impulse.friction[j];
+                warm.friction[j] = 2 * impulse.friction[j];
+            }
+        }
+    }
+}
+
 bool stands_still(const Context& c) {
     const Real least = exact_correction(c.bodies, c.island, c.h);
     for (int i = c.island.body_begin; i < c.island.dynamic_end; ++i) {
@@ -147,6 +164,7 @@ bool substep(Context& c, bool is_first) {
     }
     if (is_first && c.settings.rescue_sweeps == 0) save_rest(c);
     if (!solve_or_sweep(c, DirectGoal::kGaps, [&] { sweep_contact_gaps(c.contacts, range, c.bodies, c.h); })) return false;
+    if (whole_step) expect_the_same(c.contacts, range);
     if (!drift_pushed(c)) return false;
     kick(c.bodies, c.island.body_begin, c.island.dynamic_end, 0.5 * c.h);
     warm_start_second(c.contacts, range, c.bodies);

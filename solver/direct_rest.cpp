@@ -119,7 +119,7 @@ Rest rests(SolverBodies& bodies, ContactPool& contacts, const SiIsland& island, 
     // Slower than what the bound allows for by this, the rows themselves are looked at: what sways as one has hardly any slip.
     constexpr Real kWorthALook = 100;
     // [m/s], more than rounding ever leaves: above it nobody needs to ask.
-    constexpr Real kMostRounding = 1e-11;
+    constexpr Real kMostRounding = 1e-9;
     Real residual = slip_bound(bodies, island, v0);
     if (!(residual <= kWorthALook * enough) || a_kinematic_body_moves(bodies, island)) return Rest::kNo;
     ++report.passes;
