@@ -24,7 +24,7 @@ constexpr double kPassCost = 0.2;
 constexpr double kBlockCost = 0.35;
 constexpr double kOrderingCost = 2;
 // Steps' worth of allowance that an island starts with, and may save.
-constexpr double kSavings = 40;
+constexpr double kSavings = 100;
 constexpr int kLongestWait = 64;
 // Quiet steps in a row that an island may take without coming to rest before it pays like one that moves: it creeps, and would be
 // factorised in every step.

@@ -14,6 +14,12 @@ constexpr Real kMostWeightScale = 1e4;
 constexpr int kFullSteps = 6;
 constexpr Real kSmallChange = 1e-5;  // [m/s]
 
+constexpr int kMostChanges = 16;
+using SmallMatrix = Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic, 0, kMostChanges, kMostChanges>;
+using SmallVector = Eigen::Matrix<Real, Eigen::Dynamic, 1, 0, kMostChanges, 1>;
+// A block of the factor in a solve, in products of blocks; and the share of a factorisation that changed rows may cost.
+constexpr double kSolveCost = 0.35, kWorthOfFactor = 0.7;
+
 // One solve: its parts in the order in which direct_solve calls them.
 class Solve : DirectProblem {
 public:
@@ -24,6 +30,7 @@ public:
           report_(report) {}
 
     bool run(Real enough) {
+        s_.spread.resize(kMostChanges);
         set_rows();
         const Real at_start = pass(true);
         report_.residual = at_start;
@@ -103,14 +110,77 @@ private:
         return cache_.has_factor;
     }
 
+    // How many changed rows are cheaper to correct for than to factorise anew: a solve for each, and one for the step.
+    std::size_t most_changes() const {
+        const double solve = kSolveCost * static_cast<double>(cache_.factor.blocks());
+        const double worth = kWorthOfFactor * static_cast<double>(cache_.factor.products()) / solve - 1;
+        return static_cast<std::size_t>(std::clamp(worth, 0.0, static_cast<double>(kMostChanges)));
+    }
+
+    // The rows that are active and were not when H was factorised, or the other way round. False: there are too many of them.
+    bool find_changes() {
+        s_.changes.clear();
+        const std::size_t most = most_changes();
+        if (cache_.factored_active.size() != s_.rows.size()) return false;
+        std::size_t k = 0, count = 0;
+        for (const DirectRow& r : s_.rows) count += (cache_.factored_active[k++] == 'a') != r.active;
+        if (count > most) return false;
+        if (count == 0) return true;
+        for_each_block([&](const ContactBlock& block) {
+            const auto visit = [&](const DirectRow& r, const Vec3& direction, const PointRow& g) {
+                const bool was_active = cache_.factored_active[&r - s_.rows.data()] == 'a';
+                if (was_active == r.active) return;
+                DirectChange change{local(block.a), local(block.b), {}, {}, r.active ? r.weight : -r.weight};
+                change.g_a << direction, g.ang_a;
+                change.g_b << -direction, -g.ang_b;
+                s_.changes.push_back(change);
+            };
+            for_each_row(block, visit);
+        });
+        return true;
+    }
+
+    static Real along(const DirectChange& change, const std::vector<Vec6>& x) {
+        return (change.a >= 0 ? change.g_a.dot(x[change.a]) : 0) + (change.b >= 0 ? change.g_b.dot(x[change.b]) : 0);
+    }
+
+    // step ← (H + Uᵀ C U)⁻¹ gradient, U the changed rows, C their weights (Woodbury 1950; Hager 1989):
+    //     x = H⁻¹ g,  Z = H⁻¹ Uᵀ,  step = x − Z (C⁻¹ + U Z)⁻¹ U x.
+    void solve_changed() {
+        const int n = static_cast<int>(s_.changes.size());
+        cache_.factor.solve(s_.step);
+        if (n == 0) return;
+        SmallMatrix S(n, n);
+        SmallVector y(n);
+        for (int j = 0; j < n; ++j) {
+            const DirectChange& change = s_.changes[j];
+            std::vector<Vec6>& z = s_.spread[j];
+            z.assign(static_cast<std::size_t>(count()), Vec6::Zero());
+            if (change.a >= 0) z[change.a] = change.g_a;
+            if (change.b >= 0) z[change.b] = change.g_b;
+            cache_.factor.solve(z);
+            for (int i = 0; i < n; ++i) S(i, j) = along(s_.changes[i], z);
+            S(j, j) += 1 / change.weight;
+            y[j] = along(change, s_.step);
+        }
+        const SmallVector share = Eigen::PartialPivLU<SmallMatrix>(S).solve(y);
+        for (int j = 0; j < n; ++j)
+            for (int i = 0; i < count(); ++i) s_.step[i] -= share[j] * s_.spread[j][i];
+    }
+
     // Newton's method for the multipliers and bounds as they are. False if the active set did not settle, or the matrix
     // could not be factorised.
     bool minimise() {
         for (int k = 0; k < settings_.most_newton_steps; ++k) {
-            if ((!cache_.has_factor || !active_set_is(cache_.factored_active)) && !factorise()) return false;
+            s_.changes.clear();
+            const bool serves = cache_.has_factor && find_changes() && (fresh_ || s_.changes.empty());
+            if (!serves) {
+                s_.changes.clear();
+                if (!factorise()) return false;
+            }
             ++report_.newton_steps;
             s_.step = s_.gradient;
-            cache_.factor.solve(s_.step);
+            solve_changed();
             note_active_set(s_.active);
             const Real length = k < kFullSteps ? 1 : line_search();
             for (int i = 0; i < count(); ++i) {

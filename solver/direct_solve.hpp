@@ -19,6 +19,13 @@ struct DirectRow {
     bool active = false;  // inside its bounds
 };
 
+// A row g whose weight H has not as it was factorised.
+struct DirectChange {
+    int a = -1, b = -1;  // dynamic bodies of the island, or < 0
+    Vec6 g_a, g_b;
+    Real weight = 0;  // that is missing [kg]; < 0: is too much
+};
+
 // Working memory of a solve; kept for its size.
 struct DirectScratch {
     std::vector<DirectRow> rows;   // 3 per point: normal, friction 1, friction 2
@@ -27,7 +34,9 @@ struct DirectScratch {
     std::vector<Vec6> gradient;    // M (v − v₀) − Gᵀ (λ − λ₀)
     std::vector<Vec6> step;
     std::vector<char> active;
-    int factorisations_left = 0;  // of the step
+    std::vector<DirectChange> changes;      // rows that the factor has and the active set has not, or the other way round
+    std::vector<std::vector<Vec6>> spread;  // H⁻¹ gᵀ of each of them, H as it was factorised
+    int factorisations_left = 0;            // of the step
     // The island before the step.
     std::vector<BodyMotion> saved_motion;
     std::vector<BodyVelocity> saved_velocity;
