@@ -23,8 +23,9 @@ constexpr double kPassCost = 0.2;
 // A block of the factor, read twice in a solve; found, when the pairs are others.
 constexpr double kBlockCost = 0.35;
 constexpr double kOrderingCost = 2;
-// Steps' worth of allowance that an island starts with, and may save.
-constexpr double kSavings = 100;
+// Steps' worth of allowance that an island starts with, and may save; of more bodies than a free one has: what comes to rest is not solved
+// again.
+constexpr double kSavings = 40, kSavingsOfMany = 100;
 constexpr int kLongestWait = 64;
 // Quiet steps in a row that an island may take without coming to rest before it pays like one that moves: it creeps, and would be
 // factorised in every step.
@@ -69,16 +70,18 @@ void collect_pairs(IslandWorkspace& work, const SiIsland& island) {
 }
 
 DirectState& direct_state(WorldData& world, int index, double allowance) {
-    const std::uint32_t key = world.islands.body_list()[world.islands.bodies(index).begin];
+    const IndexRange bodies = world.islands.bodies(index);
+    const double savings = allowance * (bodies.end - bodies.begin > kFreeIsland ? kSavingsOfMany : kSavings);
+    const std::uint32_t key = world.islands.body_list()[bodies.begin];
     const auto [state_of_key, is_new] = [&] {
         const std::lock_guard lock(world.direct_mutex);
         const auto [it, added] = world.direct_states.try_emplace(key);
         return std::pair<DirectState*, bool>(&it->second, added);
     }();
     DirectState& state = *state_of_key;
-    if (is_new) state.credit = kSavings * allowance;
+    if (is_new) state.credit = savings;
     const double steps = state.stood ? static_cast<double>(world.step_count - state.last_step) : 1;
-    state.credit = std::min(state.credit + steps * allowance, kSavings * allowance);
+    state.credit = std::min(state.credit + steps * allowance, savings);
     state.last_step = world.step_count;
     return state;
 }

@@ -17,8 +17,9 @@ constexpr Real kSmallChange = 1e-5;  // [m/s]
 constexpr int kMostChanges = 16;
 using SmallMatrix = Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic, 0, kMostChanges, kMostChanges>;
 using SmallVector = Eigen::Matrix<Real, Eigen::Dynamic, 1, 0, kMostChanges, 1>;
-// A block of the factor in a solve, in products of blocks; and the share of a factorisation that changed rows may cost.
-constexpr double kSolveCost = 0.35, kWorthOfFactor = 0.7;
+// What a block of the factor costs in a solve, and a solve at least, in products of blocks; and the share of a factorisation that changed
+// rows may cost.
+constexpr double kSolveCost = 0.35, kLeastSolveCost = 20, kWorthOfFactor = 0.7;
 
 // One solve: its parts in the order in which direct_solve calls them.
 class Solve : DirectProblem {
@@ -112,7 +113,7 @@ private:
 
     // How many changed rows are cheaper to correct for than to factorise anew: a solve for each, and one for the step.
     std::size_t most_changes() const {
-        const double solve = kSolveCost * static_cast<double>(cache_.factor.blocks());
+        const double solve = kSolveCost * static_cast<double>(cache_.factor.blocks()) + kLeastSolveCost;
         const double worth = kWorthOfFactor * static_cast<double>(cache_.factor.products()) / solve - 1;
         return static_cast<std::size_t>(std::clamp(worth, 0.0, static_cast<double>(kMostChanges)));
     }
@@ -120,8 +121,9 @@ private:
     // The rows that are active and were not when H was factorised, or the other way round. False: there are too many of them.
     bool find_changes() {
         s_.changes.clear();
+        if (active_set_is(cache_.factored_active)) return true;
         const std::size_t most = most_changes();
-        if (cache_.factored_active.size() != s_.rows.size()) return false;
+        if (most == 0 || cache_.factored_active.size() != s_.rows.size()) return false;
         std::size_t k = 0, count = 0;
         for (const DirectRow& r : s_.rows) count += (cache_.factored_active[k++] == 'a') != r.active;
         if (count > most) return false;
@@ -173,7 +175,7 @@ private:
     bool minimise() {
         for (int k = 0; k < settings_.most_newton_steps; ++k) {
             s_.changes.clear();
-            const bool serves = cache_.has_factor && find_changes() && (fresh_ || s_.changes.empty());
+            const bool serves = cache_.has_factor && find_changes();
             if (!serves) {
                 s_.changes.clear();
                 if (!factorise()) return false;
