@@ -18,6 +18,8 @@
 namespace cairn {
 namespace {
 
+constexpr int kMostColumns = 8;  // of a supernode: what they take from one column is to stay in the first cache
+
 // c −= a bᵀ, all 6 × 6 column-major.
 inline void subtract_product(Real* c, const Real* a, const Real* b) {
     for (int j = 0; j < 6; ++j) {
@@ -126,32 +128,73 @@ void BlockCholesky::find_structure(const std::vector<std::vector<int>>& below) {
         const std::int64_t m = static_cast<std::int64_t>(column.size());
         products_ += 1 + m + m * (m + 1) / 2;
     }
-    row_start_.assign(static_cast<std::size_t>(n_) + 1, 0);
+    find_supernodes();
+}
+
+// A column belongs with the one before it if its rows are the same but for that one's.
+void BlockCholesky::find_supernodes() {
+    const auto length = [&](int column) { return start_[column + 1] - start_[column]; };
+    supernode_.clear();
     for (int k = 0; k < n_; ++k) {
-        for (int p = start_[k] + 1; p < start_[k + 1]; ++p) ++row_start_[rows_[p] + 1];
+        const bool goes_on = k > 0 && length(k - 1) == length(k) + 1 && rows_[start_[k - 1] + 1] == k;
+        if (!goes_on || k - supernode_.back() >= kMostColumns) supernode_.push_back(k);
     }
-    for (int k = 0; k < n_; ++k) row_start_[k + 1] += row_start_[k];
-    row_entries_.resize(static_cast<std::size_t>(row_start_[n_]));
-    std::vector<int> next(row_start_.begin(), row_start_.end() - 1);
-    for (int k = 0; k < n_; ++k) {
-        for (int p = start_[k] + 1; p < start_[k + 1]; ++p) row_entries_[next[rows_[p]]++] = {k, p};
-    }
+    supernode_.push_back(n_);
+    const int supernodes = static_cast<int>(supernode_.size()) - 1;
+    std::vector<int> of_column(static_cast<std::size_t>(n_));
+    for (int s = 0; s < supernodes; ++s) std::fill(of_column.begin() + supernode_[s], of_column.begin() + supernode_[s + 1], s);
+    // f(supernode, column, place, count) for the rows of each column that lie in later supernodes, by column.
+    const auto for_each_entry = [&](auto f) {
+        for (int k = 0; k < n_; ++k)
+            for (int p = start_[k] + 1, next; p < start_[k + 1]; p = next) {
+                const int s = of_column[rows_[p]];
+                for (next = p + 1; next < start_[k + 1] && of_column[rows_[next]] == s; ++next) {
+                }
+                if (s != of_column[k]) f(s, RowEntry{k, p, next - p});
+            }
+    };
+    entry_start_.assign(static_cast<std::size_t>(supernodes) + 1, 0);
+    for_each_entry([&](int s, const RowEntry&) { ++entry_start_[s + 1]; });
+    for (int s = 0; s < supernodes; ++s) entry_start_[s + 1] += entry_start_[s];
+    entries_.resize(static_cast<std::size_t>(entry_start_[supernodes]));
+    std::vector<int> next(entry_start_.begin(), entry_start_.end() - 1);
+    for_each_entry([&](int s, const RowEntry& entry) { entries_[next[s]++] = entry; });
 }
 
 void BlockCholesky::set_zero() {
     std::fill(values_.begin(), values_.end(), 0.0);
 }
 
-CAIRN_WIDE bool BlockCholesky::factorise() {
-    for (int j = 0; j < n_; ++j) {
-        for (int p = start_[j]; p < start_[j + 1]; ++p) local_[rows_[p]] = p;
-        for (int e = row_start_[j]; e < row_start_[j + 1]; ++e) {
-            const RowEntry entry = row_entries_[e];
-            const Real* L_jk = values_.data() + 36 * static_cast<std::int64_t>(entry.place);
-            for (int p = entry.place; p < start_[entry.column + 1]; ++p) {
-                subtract_product(values_.data() + 36 * static_cast<std::int64_t>(local_[rows_[p]]),
-                                 values_.data() + 36 * static_cast<std::int64_t>(p), L_jk);
-            }
+// The products of earlier columns, in the order of these.
+CAIRN_WIDE void BlockCholesky::take_from_before(int supernode) {
+    const int first = supernode_[supernode];
+    for (int p = start_[first]; p < start_[first + 1]; ++p) local_[rows_[p]] = p - start_[first];
+    for (int e = entry_start_[supernode]; e < entry_start_[supernode + 1]; ++e) {
+        const RowEntry entry = entries_[e];
+        const Real* blocks[kMostColumns];
+        std::int64_t column[kMostColumns];  // where a row's block is, less the row's number
+        for (int q = 0; q < entry.count; ++q) {
+            const int j = rows_[entry.place + q];
+            blocks[q] = values_.data() + 36 * static_cast<std::int64_t>(entry.place + q);
+            column[q] = start_[j] - (j - first);
+        }
+        for (int p = entry.place; p < start_[entry.column + 1]; ++p) {
+            const Real* const L_ik = values_.data() + 36 * static_cast<std::int64_t>(p);
+            const int row = local_[rows_[p]], count = std::min(entry.count, p - entry.place + 1);
+            for (int q = 0; q < count; ++q) subtract_product(values_.data() + 36 * (column[q] + row), L_ik, blocks[q]);
+        }
+    }
+}
+
+// The products of each other, and the columns of L.
+CAIRN_WIDE bool BlockCholesky::finish_columns(int supernode) {
+    const int first = supernode_[supernode], last = supernode_[supernode + 1];
+    for (int j = first; j < last; ++j) {
+        for (int k = first; k < j; ++k) {
+            const std::int64_t shift = start_[k] + (j - k);
+            const Real* const L_jk = values_.data() + 36 * shift;
+            for (int p = 0; p < start_[j + 1] - start_[j]; ++p)
+                subtract_product(values_.data() + 36 * static_cast<std::int64_t>(start_[j] + p), values_.data() + 36 * (shift + p), L_jk);
         }
         Mat6 inverse = block(start_[j]);
         if (!invert_cholesky(inverse)) return false;
@@ -160,6 +203,14 @@ CAIRN_WIDE bool BlockCholesky::factorise() {
             const Mat6 L_ij = block(p) * inverse.transpose();
             block(p) = L_ij;
         }
+    }
+    return true;
+}
+
+bool BlockCholesky::factorise() {
+    for (std::size_t s = 0; s + 1 < supernode_.size(); ++s) {
+        take_from_before(static_cast<int>(s));
+        if (!finish_columns(static_cast<int>(s))) return false;
     }
     return true;
 }

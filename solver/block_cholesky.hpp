@@ -1,7 +1,8 @@
 // Cholesky factorisation of a symmetric positive definite matrix of 6 × 6 blocks, one block row a body: H = L Lᵀ.
 //
 // `analyse` orders the bodies (approximate minimum degree: Amestoy, Davis, Duff 1996, by Eigen) and finds where L has blocks
-// (George and Liu 1981); `factorise` and `solve` do the numbers and allocate nothing. Left-looking by block columns.
+// (George and Liu 1981); `factorise` and `solve` do the numbers and allocate nothing. Left-looking, by supernodes: neighbouring columns
+// with the same rows below them (Ng and Peyton 1993), which take what comes from an earlier column while that is at hand.
 #pragma once
 
 #include "engine/base/math.hpp"
@@ -52,26 +53,31 @@ private:
     Block block(std::int64_t k) { return Block(values_.data() + 36 * k); }
     ConstBlock block(std::int64_t k) const { return ConstBlock(values_.data() + 36 * k); }
     void find_structure(const std::vector<std::vector<int>>& below);
+    void find_supernodes();
+    void take_from_before(int supernode);
+    bool finish_columns(int supernode);
 
-    // A block of L left of the diagonal in some row: its column and its place.
+    // Blocks of L left of a supernode in its rows: their column, the first one's place, and how many there are.
     struct RowEntry {
         int column;
         int place;
+        int count;
     };
 
     int n_ = 0;
     std::int64_t products_ = 0;
-    std::vector<int> order_;     // position → body
-    std::vector<int> position_;  // body → position
-    std::vector<int> start_;     // of column k in rows_, n + 1; its first block is the diagonal one
-    std::vector<int> rows_;      // row of each block of L, ascending in a column
-    std::vector<int> row_start_;
-    std::vector<RowEntry> row_entries_;
-    std::vector<int> diagonal_;  // body → place of its diagonal block
-    std::vector<int> place_;     // pair → place of its block
+    std::vector<int> order_;      // position → body
+    std::vector<int> position_;   // body → position
+    std::vector<int> start_;      // of column k in rows_, n + 1; its first block is the diagonal one
+    std::vector<int> rows_;       // row of each block of L, ascending in a column
+    std::vector<int> supernode_;  // first column of each, and n
+    std::vector<int> entry_start_;
+    std::vector<RowEntry> entries_;  // of each supernode, by column
+    std::vector<int> diagonal_;      // body → place of its diagonal block
+    std::vector<int> place_;         // pair → place of its block
     std::vector<char> transposed_;
     std::vector<Real> values_;  // 36 per block, column-major; of the diagonal blocks the inverse of L_kk after factorise
-    std::vector<int> local_;    // row → place in the column that is being made
+    std::vector<int> local_;    // row → its number among those of the supernode that is being made
     mutable std::vector<Vec6> work_;
 };
 

@@ -58,7 +58,7 @@ void fill(BlockCholesky& factor, const Problem& p) {
 
 TEST_CASE("a block-sparse factorisation solves as dense algebra does") {
     // Graphs without pairs, trees, with loops and with a pair given more than once (the last has more pairs than pairs of bodies).
-    const int sizes[][2] = {{1, 0}, {3, 0}, {2, 1}, {12, 11}, {20, 45}, {5, 60}};
+    const int sizes[][2] = {{1, 0}, {3, 0}, {2, 1}, {12, 11}, {20, 45}, {5, 60}, {60, 200}};
     for (const auto& [n, pairs] : sizes) {
         const Problem p = random_problem(n, pairs, static_cast<unsigned>(n + pairs));
         BlockCholesky factor;
