@@ -2,6 +2,7 @@
 
 #include "collision/dynamic_tree.hpp"
 #include "collision/pair_list.hpp"
+#include "engine/base/team.hpp"
 
 #include <algorithm>
 #include <limits>
@@ -73,6 +74,13 @@ struct BroadPhase::Impl {
     PairList pairs;
     std::uint64_t mark = 0;
     std::uint64_t moved_count = 0;
+    // What the touched proxies overlap: a range of a worker's list.
+    struct Found {
+        int worker = 0;
+        std::size_t begin = 0, end = 0;
+    };
+    std::vector<Found> found;
+    std::vector<std::vector<ProxyId>> overlapped;  // by worker
 
     DynamicTree& tree(Kind kind) { return kind == Kind::kMoving ? moving_tree : static_tree; }
 
@@ -132,8 +140,8 @@ struct BroadPhase::Impl {
         for (const ProxyId q : planes)
             if (plane_reaches(proxies[q], box)) return true;
         bool met = false;
-        moving_tree.query(box, [&](ProxyId q) { met |= q != p; });
-        if (!met) static_tree.query(box, [&](ProxyId) { met = true; });
+        moving_tree.query(box, [&](ProxyId q) { met |= q != p && box.overlaps(proxies[q].fat); });
+        if (!met) static_tree.query(box, [&](ProxyId q) { met |= box.overlaps(proxies[q].fat); });
         return met;
     }
 
@@ -142,12 +150,32 @@ struct BroadPhase::Impl {
         if (!proxies[p].is_far || !meets_anything(p)) return;
         proxies[p].is_far = false;
         proxies[p].fat = proxies[p].brief;
-        moving_tree.set_box(proxies[p].leaf, proxies[p].fat);
+        moving_tree.shrink_box(proxies[p].leaf, proxies[p].fat);
+    }
+
+    // Everything that each touched proxy overlaps, but for what will be dealt with by another one: of two touched ones, the lower id.
+    void find_overlaps(Team* team) {
+        constexpr std::size_t kPiece = 32;
+        found.resize(touched.size());
+        overlapped.resize(team != nullptr ? static_cast<std::size_t>(team->size()) : 1);
+        for (std::vector<ProxyId>& list : overlapped) list.clear();
+        for_pieces(team, touched.size(), kPiece, [&](std::size_t begin, std::size_t end, int worker) {
+            std::vector<ProxyId>& list = overlapped[static_cast<std::size_t>(worker)];
+            for (std::size_t k = begin; k < end; ++k) {
+                const ProxyId p = touched[k];
+                found[k] = {worker, list.size(), list.size()};
+                if (proxies[p].kind == Kind::kFree || proxies[p].is_far) continue;  // one that is far has met nothing
+                visit_overlapping(proxies[p], [&](ProxyId q) {
+                    if (q != p && !(proxies[q].touched && q < p) && overlap(proxies[p], proxies[q])) list.push_back(q);
+                });
+                found[k].end = list.size();
+            }
+        });
     }
 
     template <class Accept>
-    void refresh(ProxyId p, const Accept& accept, std::vector<ProxyPair>& begun, std::vector<ProxyPair>& ended) {
-        if (proxies[p].is_far) return;  // has no partner and has met nothing
+    void refresh(ProxyId p, const Found& range, const Accept& accept, std::vector<ProxyPair>& begun, std::vector<ProxyPair>& ended) {
+        if (proxies[p].is_far) return;  // has no partner
 
         // Pairs that have parted end; the partners that stay are marked.
         ++mark;
@@ -157,16 +185,15 @@ struct BroadPhase::Impl {
         };
         pairs.filter(p, still_overlaps, ended);
 
-        // Unmarked ones are new. Of two touched proxies the lower id, refreshed first, has dealt with the pair.
-        proxies[p].mark = mark;
-        const auto meet = [&](ProxyId q) {
-            if (proxies[q].mark == mark || (proxies[q].touched && q < p)) return;
+        // Unmarked ones are new.
+        for (std::size_t k = range.begin; k < range.end; ++k) {
+            const ProxyId q = overlapped[static_cast<std::size_t>(range.worker)][k];
+            if (proxies[q].mark == mark) continue;
             const ProxyPair pair{std::min(p, q), std::max(p, q)};
-            if (!accept(proxies[pair.a].user, proxies[pair.b].user)) return;
+            if (!accept(proxies[pair.a].user, proxies[pair.b].user)) continue;
             pairs.add(pair);
             begun.push_back(pair);
-        };
-        visit_overlapping(proxies[p], meet);
+        }
     }
 };
 
@@ -208,10 +235,14 @@ void BroadPhase::remove(ProxyId id) {
     s.removed.push_back(id);
 }
 
+bool BroadPhase::stays(ProxyId id, const Aabb& tight) const {
+    return impl_->proxies[id].fat.contains(tight) || !is_finite(tight.lo) || !is_finite(tight.hi);
+}
+
 bool BroadPhase::move(ProxyId id, const Aabb& tight, const Vec3& displacement, const Aabb* around) {
     Impl& s = *impl_;
     Proxy& proxy = s.proxies[id];
-    if (proxy.fat.contains(tight) || !is_finite(tight.lo) || !is_finite(tight.hi)) return false;
+    if (stays(id, tight)) return false;
     proxy.fat = fattened(tight, displacement, proxy.kind);
     proxy.is_far = around != nullptr && proxy.kind == Kind::kMoving && s.pairs.is_alone(id);
     if (proxy.is_far) {
@@ -233,7 +264,7 @@ const Aabb& BroadPhase::fat_aabb(ProxyId id) const {
 }
 
 void BroadPhase::update_pairs(const std::function<bool(std::uint32_t, std::uint32_t)>& accept, std::vector<ProxyPair>& begun,
-                              std::vector<ProxyPair>& ended) {
+                              std::vector<ProxyPair>& ended, Team* team) {
     Impl& s = *impl_;
     begun.clear();
     ended.clear();
@@ -245,8 +276,9 @@ void BroadPhase::update_pairs(const std::function<bool(std::uint32_t, std::uint3
     s.tidy(Kind::kStatic);
     for (const ProxyId id : s.touched)
         if (s.proxies[id].kind != Kind::kFree) s.shorten(id);
-    for (const ProxyId id : s.touched)
-        if (s.proxies[id].kind != Kind::kFree) s.refresh(id, accept, begun, ended);
+    s.find_overlaps(team);
+    for (std::size_t k = 0; k < s.touched.size(); ++k)
+        if (s.proxies[s.touched[k]].kind != Kind::kFree) s.refresh(s.touched[k], s.found[k], accept, begun, ended);
     for (const ProxyId id : s.touched) s.proxies[id].touched = s.proxies[id].is_far = false;
 
     s.free.insert(s.free.end(), s.removed.begin(), s.removed.end());
@@ -260,7 +292,9 @@ void BroadPhase::update_pairs(const std::function<bool(std::uint32_t, std::uint3
 void BroadPhase::query(const Aabb& box, std::vector<ProxyId>& out) const {
     const Impl& s = *impl_;
     out.clear();
-    const auto take = [&](ProxyId id) { out.push_back(id); };
+    const auto take = [&](ProxyId id) {
+        if (s.proxies[id].kind == Kind::kPlane || box.overlaps(s.proxies[id].fat)) out.push_back(id);
+    };
     s.moving_tree.query(box, take);
     s.static_tree.query(box, take);
     for (const ProxyId id : s.planes)

@@ -1,10 +1,10 @@
 // Broad phase: which shapes may touch. Fat boxes in a dynamic bounding volume tree, and a persistent set of overlapping pairs;
-// only a proxy that has left its fat box is touched again. Two proxies are a pair exactly while their fat boxes overlap (or the fat box reaches
-// into the half-space) and `accept` agreed when they met; the tree's shape and history have no say in it.
+// only a proxy that has left its fat box is touched again. Two proxies are a pair exactly while their fat boxes overlap (or the fat box
+// reaches into the half-space) and `accept` agreed when they met; the tree's shape and history have no say in it.
 //
-// A moving proxy's fat box is its tight one grown by 5 % of its largest half extent and, when it has moved, stretched along the displacement;
-// a static proxy's is the tight one itself. One that has no partner and meets nothing there gets a far longer box, so that what flies alone is
-// seldom touched. Ids must be valid (not checked). Allocates only to grow beyond the largest size so far.
+// A moving proxy's fat box is its tight one grown by 5 % of its largest half extent and, when it has moved, stretched along the
+// displacement; a static proxy's is the tight one itself. One that has no partner and meets nothing there gets a far longer box, so that
+// what flies alone is seldom touched. Ids must be valid (not checked). Allocates only to grow beyond the largest size so far.
 #pragma once
 
 #include "collision/aabb.hpp"
@@ -15,6 +15,8 @@
 #include <vector>
 
 namespace cairn {
+
+class Team;
 
 using ProxyId = std::int32_t;
 constexpr ProxyId kNoProxy = -1;
@@ -45,13 +47,18 @@ public:
     // reaches far ahead if nothing is there.
     bool move(ProxyId id, const Aabb& tight, const Vec3& displacement, const Aabb* around = nullptr);
 
+    // Whether move() would do nothing. May be asked by several threads at once.
+    bool stays(ProxyId id, const Aabb& tight) const;
+
     std::uint32_t user(ProxyId id) const;
     const Aabb& fat_aabb(ProxyId id) const;
 
     // Brings the pair set up to date with the moves since the last call. `begun` and `ended` are cleared and filled, each in ascending
     // order of (a, b), so the result does not depend on the tree's history. `accept` filters new pairs (by user data, that of the lower id
-    // first); a refused pair is asked about again when one of the two has been moved. Costs nothing when nothing was added, moved or removed.
-    void update_pairs(const std::function<bool(std::uint32_t, std::uint32_t)>& accept, std::vector<ProxyPair>& begun, std::vector<ProxyPair>& ended);
+    // first); a refused pair is asked about again when one of the two has been moved. Costs nothing when nothing was added, moved or
+    // removed. With a team, the search is shared out; the result is the same.
+    void update_pairs(const std::function<bool(std::uint32_t, std::uint32_t)>& accept, std::vector<ProxyPair>& begun,
+                      std::vector<ProxyPair>& ended, Team* team = nullptr);
 
     // Every proxy whose fat box overlaps the box (and every plane that reaches into it), in ascending order; `out` is cleared first.
     void query(const Aabb& box, std::vector<ProxyId>& out) const;

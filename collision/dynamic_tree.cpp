@@ -24,6 +24,7 @@ void DynamicTree::release(int node) {
 }
 
 int DynamicTree::insert(const Aabb& box, std::int32_t item) {
+    flat_.clear();
     const int leaf = allocate();
     nodes_[leaf].box = box;
     nodes_[leaf].child = {-1, item};
@@ -33,18 +34,14 @@ int DynamicTree::insert(const Aabb& box, std::int32_t item) {
 }
 
 void DynamicTree::remove(int leaf) {
+    flat_.clear();
     detach(leaf);
     release(leaf);
     --size_;
 }
 
-void DynamicTree::set_box(int leaf, const Aabb& box) {
-    nodes_[leaf].box = box;
-    for (int node = nodes_[leaf].parent; node >= 0 && !nodes_[node].box.contains(box); node = nodes_[node].parent)
-        nodes_[node].box = nodes_[node].box.merged(box);
-}
-
 void DynamicTree::reinsert(int leaf) {
+    flat_.clear();
     detach(leaf);
     attach(leaf);
 }
@@ -188,12 +185,19 @@ bool DynamicTree::refit_all() {
 
 Real DynamicTree::refit_in_order(const std::vector<int>& inner_nodes) {
     Real inner = 0, leaves = 0;
+    place_.resize(nodes_.size());
+    for (std::size_t k = 0; k < inner_nodes.size(); ++k) place_[inner_nodes[k]] = static_cast<int>(k);
+    flat_.resize(inner_nodes.size());
     for (std::size_t k = inner_nodes.size(); k-- > 0;) {  // children come after their parents
         const int node = inner_nodes[k];
         refit(node);
         inner += nodes_[node].box.half_area();
-        for (const int child : nodes_[node].child)
-            if (nodes_[child].is_leaf()) leaves += nodes_[child].box.half_area();
+        for (int side = 0; side < 2; ++side) {
+            const int index = nodes_[node].child[side];
+            const Node& child = nodes_[index];
+            if (child.is_leaf()) leaves += child.box.half_area();
+            flat_.set_child(k, side, child.box, child.is_leaf() ? -1 - child.item() : place_[index]);
+        }
     }
     return leaves > 0 ? inner / leaves : 0;
 }

@@ -2,10 +2,12 @@
 //
 // A binary tree: boxes at the leaves, a node's box holds those of its children. A new leaf goes where it adds least surface area on the way
 // down (Goldsmith & Salmon 1987); on the way back up a node trades one child for a grandchild on the other side where that saves area
-// (Kensler 2008). When most leaves have moved, building the tree anew is both cheaper and better.
+// (Kensler 2008). When most leaves have moved, building the tree anew is both cheaper and better. After that, and after refit_all, queries
+// go through a flat copy, until the tree changes.
 #pragma once
 
 #include "collision/aabb.hpp"
+#include "collision/flat_tree.hpp"
 
 #include <array>
 #include <cstdint>
@@ -18,8 +20,13 @@ public:
     // Returns the leaf's handle. Allocates, like rebuild, only when the tree grows beyond its largest size so far.
     int insert(const Aabb& box, std::int32_t item);
     void remove(int leaf);
-    // Gives the leaf a new box where it is. Queries stay right but slow down, until reinsert(leaf) or rebuild().
-    void set_box(int leaf, const Aabb& box);
+    // Gives the leaf a new box where it is. Queries find it again after reinsert(leaf), refit_all() or rebuild().
+    void set_box(int leaf, const Aabb& box) {
+        flat_.clear();
+        nodes_[leaf].box = box;
+    }
+    // The same for a box inside the one that it had.
+    void shrink_box(int leaf, const Aabb& box) { nodes_[leaf].box = box; }
     // Moves the leaf to where its box fits best.
     void reinsert(int leaf);
     void rebuild();
@@ -29,9 +36,11 @@ public:
     std::size_t size() const { return size_; }
     int height() const { return root_ < 0 ? 0 : nodes_[root_].height; }
 
-    // Calls visit(item) for every leaf whose box overlaps `box`; the order depends on the tree's history. Never allocates.
+    // Calls visit(item) for every leaf whose box overlaps `box`, and perhaps for some that are near; the order depends on the tree's
+    // history. Never allocates. May be called by several threads at once.
     template <class Visit>
     void query(const Aabb& box, Visit&& visit) const {
+        if (!flat_.empty()) return flat_.query(box, visit);
         if (root_ >= 0) query_below(root_, box, visit);
     }
 
@@ -84,12 +93,13 @@ private:
     int free_ = -1;
     Real built_cost_ = 0;   // of refit_in_order when it was last built
     std::size_t size_ = 0;  // leaves
+    FlatTree flat_;         // empty: the tree has changed
 
     // Scratch of rebuild.
     struct Task {
         int first, last, depth, parent;
     };
-    std::vector<int> leaves_, inner_, order_;
+    std::vector<int> leaves_, inner_, order_, place_;
     std::vector<Aabb> boxes_;
     std::vector<Task> tasks_;
 };

@@ -32,19 +32,56 @@ void find_room(const WorldData& world, Body& body) {
     }
 }
 
+// What must stay covered of a shape through the step.
+Aabb covered(const Body& body, const ShapeRecord& record, Real reach, Real dt) {
+    return shape_aabb(record.shape, body.transform() * record.X_BS).swept(dt * body.v).grown(reach);
+}
+
+// Whether move_proxies would do anything.
+bool leaves_boxes(const WorldData& world, const Body& body, Real dt) {
+    for (std::uint32_t s = body.shape_begin; s < body.shape_begin + body.shape_count; ++s) {
+        const ShapeRecord& record = world.shapes[s];
+        if (record.proxy == kNoProxy || record.shape.type == ShapeType::kPlane) continue;
+        if (!world.broad_phase.stays(record.proxy, covered(body, record, reach_without_way(world, body, record, dt), dt))) return true;
+    }
+    return body.shape_count == 0;
+}
+
 void move_proxies(WorldData& world, Body& body, Real dt) {
-    const Transform X_WB = body.transform();
     const Vec3 way = dt * body.v;
     bool moved = body.shape_count == 0;
     for (std::uint32_t s = body.shape_begin; s < body.shape_begin + body.shape_count; ++s) {
         ShapeRecord& record = world.shapes[s];
         if (record.proxy == kNoProxy || record.shape.type == ShapeType::kPlane) continue;
         const Real reach = reach_without_way(world, body, record, dt);
-        const Aabb tight = shape_aabb(record.shape, X_WB * record.X_BS).swept(way).grown(reach);
+        const Aabb tight = covered(body, record, reach, dt);
         const Aabb around = Aabb{body.X_WB.p, body.X_WB.p}.swept(way).grown(body.radius + reach);
         moved |= world.broad_phase.move(record.proxy, tight, way, body.is_awake() ? &around : nullptr);
     }
     if (moved) world.active.roomless.push_back(static_cast<std::uint32_t>(&body - world.bodies.data()));
+}
+
+bool may_have_left(const WorldData& world, const Body& body, Real dt) {
+    return !body.stands && !stays_in_room(world, body, dt);
+}
+
+// With a team, it finds out who leaves his boxes; moving them is one thread's.
+void move_awake_proxies(WorldData& world, Real dt) {
+    constexpr std::size_t kPiece = 64;
+    const std::vector<std::uint32_t>& awake = world.active.bodies.numbers();
+    if (world.team != nullptr) {
+        world.leaving.resize(awake.size());
+        world.team->for_pieces(awake.size(), kPiece, [&](std::size_t begin, std::size_t end, int) {
+            for (std::size_t k = begin; k < end; ++k) {
+                const Body& body = world.bodies[awake[k]];
+                world.leaving[k] = may_have_left(world, body, dt) && leaves_boxes(world, body, dt);
+            }
+        });
+    }
+    for (std::size_t k = 0; k < awake.size(); ++k) {
+        Body& body = world.bodies[awake[k]];
+        if (world.team != nullptr ? world.leaving[k] != 0 : may_have_left(world, body, dt)) move_proxies(world, body, dt);
+    }
 }
 
 void begin_contact(WorldData& world, std::uint32_t shape_a, std::uint32_t shape_b) {
@@ -75,7 +112,7 @@ bool may_collide(const WorldData& world, std::uint32_t body_a, std::uint32_t bod
 
 void flush_broad_phase(WorldData& world) {
     const auto accept = [&](std::uint32_t s, std::uint32_t t) { return may_collide(world, world.shapes[s].body, world.shapes[t].body); };
-    world.broad_phase.update_pairs(accept, world.begun, world.ended);
+    world.broad_phase.update_pairs(accept, world.begun, world.ended, world.team);
     for (const ProxyPair& p : world.ended) {
         const std::uint32_t slot = world.contacts.find(world.broad_phase.user(p.a), world.broad_phase.user(p.b));
         if (slot != PairMap::kNone) end_contact(world, slot);
@@ -96,8 +133,7 @@ void update_pairs(WorldData& world, Real dt, StepReport& report) {
     world.active.moved.clear();
     for (const std::uint32_t i : world.active.kinematic.numbers())
         if (is_moving(world.bodies[i])) move_proxies(world, world.bodies[i], dt);
-    for (const std::uint32_t i : world.active.bodies.numbers())
-        if (!world.bodies[i].stands && !stays_in_room(world, world.bodies[i], dt)) move_proxies(world, world.bodies[i], dt);
+    move_awake_proxies(world, dt);
     const std::uint64_t moved = world.broad_phase.moved_count() - moved_before;
     flush_broad_phase(world);
     for (const std::uint32_t i : world.active.roomless) find_room(world, world.bodies[i]);

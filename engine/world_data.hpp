@@ -233,6 +233,7 @@ struct WorldData {
     // Scratch of a step: kept for its memory.
     Team* team = nullptr;  // that does the step; null: the calling thread alone
     std::vector<ProxyPair> begun, ended;
+    std::vector<std::uint8_t> leaving;  // of each awake body: whether it leaves its boxes
     std::vector<NarrowWorkspace> narrow;  // one per worker
     std::uint32_t contacts_updated = 0;
     IslandBuilder islands;
