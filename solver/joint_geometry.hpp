@@ -24,6 +24,12 @@ struct JointPose {
     Mat3 R;
 };
 
+// A body's velocity as a joint sees it.
+struct JointVelocity {
+    Vec3 v;
+    Vec3 w;
+};
+
 template <int N>
 using VecN = Eigen::Matrix<Real, N, 1>;
 template <int N>
@@ -43,6 +49,15 @@ template <JointKind K>
 void joint_jacobian(const JointGeometry& g, const JointPose& a, const JointPose& b, Jacobian<joint_rows(K)>& G_a,
                     Jacobian<joint_rows(K)>& G_b);
 
+// The second time derivative of C [m/s² and 1/s²] while both bodies keep their velocities.
+template <JointKind K>
+VecN<joint_rows(K)> joint_curvature(const JointGeometry& g, const JointPose& a, const JointPose& b, const JointVelocity& u_a,
+                                    const JointVelocity& u_b);
+
+// The force [N] on A of the impulses (or forces) λ.
+template <JointKind K>
+Vec3 joint_force(const JointGeometry& g, const JointPose& a, const JointPose& b, const VecN<joint_rows(K)>& lambda);
+
 namespace joint_geometry {
 
 inline Vec3 separation(const JointGeometry& g, const JointPose& a, const JointPose& b) {
@@ -56,6 +71,29 @@ inline Vec3 angular_error(const Mat3& E, const Mat3& F) {
     Vec3 c;
     for (int i = 0; i < 3; ++i) c[i] = E.col(kAngularPair[i][0]).dot(F.col(kAngularPair[i][1]));
     return c;
+}
+
+// What turning on makes of the anchors' velocities, A's less B's.
+inline Vec3 centripetal(const JointGeometry& g, const JointPose& a, const JointPose& b, const Vec3& w_a, const Vec3& w_b) {
+    const Vec3 r_a = a.R * g.anchor_a_A, r_b = b.R * g.anchor_b_B;
+    return w_a.cross(w_a.cross(r_a)) - w_b.cross(w_b.cross(r_b));
+}
+
+// d²/dt² of e·f, e fixed in A and f in B.
+inline Real turning(const Vec3& e, const Vec3& f, const Vec3& w_a, const Vec3& w_b) {
+    const Vec3 e1 = w_a.cross(e), f1 = w_b.cross(f);
+    return w_a.cross(e1).dot(f) + 2 * e1.dot(f1) + e.dot(w_b.cross(f1));
+}
+
+inline Vec3 angular_curvature(const Mat3& E, const Mat3& F, const Vec3& w_a, const Vec3& w_b) {
+    Vec3 c;
+    for (int i = 0; i < 3; ++i) c[i] = turning(E.col(kAngularPair[i][0]), F.col(kAngularPair[i][1]), w_a, w_b);
+    return c;
+}
+
+inline Vec3 separation_rate(const JointGeometry& g, const JointPose& a, const JointPose& b, const JointVelocity& u_a,
+                            const JointVelocity& u_b) {
+    return u_a.v + u_a.w.cross(a.R * g.anchor_a_A) - u_b.v - u_b.w.cross(b.R * g.anchor_b_B);
 }
 
 // Rows [first, first + 3): d/dt (e_j·f_k) = (w_a − w_b)·(e_j × f_k).
@@ -168,6 +206,83 @@ inline void joint_jacobian<JointKind::kDistance>(const JointGeometry& g, const J
     const Vec3 u = length > 0 ? Vec3(d / length) : Vec3::UnitZ();  // a rod shrunk to a point has no direction of its own
     G_a << u.transpose(), (a.R * g.anchor_a_A).cross(u).transpose();
     G_b << -u.transpose(), -(b.R * g.anchor_b_B).cross(u).transpose();
+}
+
+template <>
+inline VecN<3> joint_curvature<JointKind::kBall>(const JointGeometry& g, const JointPose& a, const JointPose& b, const JointVelocity& u_a,
+                                                 const JointVelocity& u_b) {
+    return joint_geometry::centripetal(g, a, b, u_a.w, u_b.w);
+}
+
+template <>
+inline VecN<5> joint_curvature<JointKind::kHinge>(const JointGeometry& g, const JointPose& a, const JointPose& b, const JointVelocity& u_a,
+                                                  const JointVelocity& u_b) {
+    VecN<5> c;
+    const Vec3 axis_b = b.R * g.frame_B.col(0);
+    c.head<3>() = joint_geometry::centripetal(g, a, b, u_a.w, u_b.w);
+    for (int i = 0; i < 2; ++i) c[3 + i] = joint_geometry::turning(a.R * g.frame_A.col(1 + i), axis_b, u_a.w, u_b.w);
+    return c;
+}
+
+template <>
+inline VecN<5> joint_curvature<JointKind::kSlider>(const JointGeometry& g, const JointPose& a, const JointPose& b,
+                                                   const JointVelocity& u_a, const JointVelocity& u_b) {
+    const Mat3 E = a.R * g.frame_A, F = b.R * g.frame_B;
+    const Vec3 d = joint_geometry::separation(g, a, b), d1 = joint_geometry::separation_rate(g, a, b, u_a, u_b);
+    const Vec3 d2 = joint_geometry::centripetal(g, a, b, u_a.w, u_b.w);
+    VecN<5> c;
+    for (int i = 0; i < 2; ++i) {
+        const Vec3 e = E.col(1 + i), e1 = u_a.w.cross(e);
+        c[i] = u_a.w.cross(e1).dot(d) + 2 * e1.dot(d1) + e.dot(d2);
+    }
+    c.tail<3>() = joint_geometry::angular_curvature(E, F, u_a.w, u_b.w);
+    return c;
+}
+
+template <>
+inline VecN<6> joint_curvature<JointKind::kFixed>(const JointGeometry& g, const JointPose& a, const JointPose& b, const JointVelocity& u_a,
+                                                  const JointVelocity& u_b) {
+    VecN<6> c;
+    c.head<3>() = joint_geometry::centripetal(g, a, b, u_a.w, u_b.w);
+    c.tail<3>() = joint_geometry::angular_curvature(a.R * g.frame_A, b.R * g.frame_B, u_a.w, u_b.w);
+    return c;
+}
+
+template <>
+inline VecN<1> joint_curvature<JointKind::kDistance>(const JointGeometry& g, const JointPose& a, const JointPose& b,
+                                                     const JointVelocity& u_a, const JointVelocity& u_b) {
+    const Vec3 d = joint_geometry::separation(g, a, b), d1 = joint_geometry::separation_rate(g, a, b, u_a, u_b);
+    const Real length = d.norm();
+    if (!(length > 0)) return VecN<1>(0.0);
+    const Real rate = d.dot(d1) / length;
+    return VecN<1>((d1.squaredNorm() - rate * rate + d.dot(joint_geometry::centripetal(g, a, b, u_a.w, u_b.w))) / length);
+}
+
+template <>
+inline Vec3 joint_force<JointKind::kBall>(const JointGeometry&, const JointPose&, const JointPose&, const VecN<3>& lambda) {
+    return lambda;
+}
+
+template <>
+inline Vec3 joint_force<JointKind::kHinge>(const JointGeometry&, const JointPose&, const JointPose&, const VecN<5>& lambda) {
+    return lambda.head<3>();
+}
+
+template <>
+inline Vec3 joint_force<JointKind::kSlider>(const JointGeometry& g, const JointPose& a, const JointPose&, const VecN<5>& lambda) {
+    return a.R * (g.frame_A.rightCols<2>() * lambda.head<2>());
+}
+
+template <>
+inline Vec3 joint_force<JointKind::kFixed>(const JointGeometry&, const JointPose&, const JointPose&, const VecN<6>& lambda) {
+    return lambda.head<3>();
+}
+
+template <>
+inline Vec3 joint_force<JointKind::kDistance>(const JointGeometry& g, const JointPose& a, const JointPose& b, const VecN<1>& lambda) {
+    const Vec3 d = joint_geometry::separation(g, a, b);
+    const Real length = d.norm();
+    return lambda[0] * (length > 0 ? Vec3(d / length) : Vec3::UnitZ());
 }
 
 }  // namespace cairn

@@ -12,13 +12,13 @@ JointMotion joint_motion(const SolverBodies& bodies, const JointPool& joints, co
         constexpr JointKind K = decltype(kind)::value;
         const JointRow& row = rows.list()[index];
         const Vec3 anchors[2] = {j.geometry.anchor_a_A, j.geometry.anchor_b_B};
+        const BodyMotion &a = bodies.motion[j.a], &b = bodies.motion[j.b];
+        const Real f = joint_force<K>(j.geometry, {a.x, a.R}, {b.x, b.R}, Eigen::Map<const VecN<joint_rows(K)>>(forces + row.first)).norm();
         for (int side = 0; side < 2; ++side) {
             if (!row.moves[side]) continue;
-            Vec3 force = Vec3::Zero();
-            for (int r = 0; r < row.n; ++r) force += forces[row.first + r] * Eigen::Map<const Vec3>(row.G[side] + 6 * r);
             const BodyMotion& m = bodies.motion[row.body[side]];
             const Vec3 arm = m.R * anchors[side];
-            const Real f = force.norm(), r2 = arm.squaredNorm();
+            const Real r2 = arm.squaredNorm();
             Real& k = stiffness[row.body[side] - first];
             if (r2 > 0) k += f * (m.inv_inertia_W.trace() * r2 - arm.dot(m.inv_inertia_W * arm)) / (2 * std::sqrt(r2));
             if constexpr (K == JointKind::kDistance) k += f * m.inv_mass / j.geometry.length;

@@ -12,7 +12,7 @@ struct JointMotion {
     Real speed = 0;    // [m/s], largest of ‖v‖ + size ‖w‖
 };
 
-// `forces` by row [N, N m]; `size`: an arm [m]. Rows must be built at the present poses. `stiffness` is scratch, by body of the island.
+// `forces` by row [N, N m]; `size`: an arm [m]. `rows` need not be built. `stiffness` is scratch, by body of the island.
 JointMotion joint_motion(const SolverBodies& bodies, const JointPool& joints, const SiIsland& island, const JointRowList& rows,
                          const Real* forces, Real size, std::vector<Real>& stiffness);
 

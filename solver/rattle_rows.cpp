@@ -55,6 +55,7 @@ void make_plan(JointPlan& plan, Real max_flops) {
     for (const std::vector<End>& e : ends)
         for (std::size_t p = 0; p < e.size(); ++p)
             for (std::size_t q = 0; q < p; ++q) plan.terms.push_back(make_term(plan.pattern, e[p], e[q]));
+    plan.tree = plan_tree(plan.signature);
 }
 
 Real dot6(const Real* a, const Real* b) {

@@ -7,6 +7,7 @@
 
 #include "solver/block_ldlt.hpp"
 #include "solver/joint_rows.hpp"
+#include "solver/joint_tree_plan.hpp"
 
 #include <memory>
 #include <unordered_map>
@@ -25,6 +26,7 @@ struct JointPlan {
     std::vector<int> signature;  // of the joints in order: kind, bodies relative to the island's first (−1: does not move)
     BlockPattern pattern;
     std::vector<Term> terms;     // off-diagonal
+    TreePlan tree;
     bool is_too_costly = false;  // then nothing else is filled
 };
 

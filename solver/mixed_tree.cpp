@@ -1,0 +1,147 @@
+#include "solver/mixed_tree.hpp"
+
+#include "solver/bounce.hpp"
+#include "solver/contact_kernel.hpp"
+
+#include <algorithm>
+#include <limits>
+
+namespace cairn {
+namespace {
+
+// Of the largest arm: joints that are farther apart share no anchor about which their bodies could turn.
+constexpr Real kMostApart = 1e-3;
+
+JointPose pose_of(const BodyMotion& m) {
+    return {m.x, m.R};
+}
+
+}  // namespace
+
+MixedStart TreeStep::begin() {
+    const MixedStart start = begin_rows();
+    if (start != MixedStart::kReady) return start;
+    if (!plan_->tree.is_forest || !(largest_gap() <= kMostApart * size_)) return MixedStart::kNotSo;
+    ws_.tree.gather(plan_->tree, ws_.rows, first(), island_.dynamic_end);
+    if (!ws_.tree_contacts.gather(ws_.tree, contacts_, island_.contacts, first(), island_.dynamic_end)) return MixedStart::kNotSo;
+    build();
+    turned_ = std::numeric_limits<Real>::infinity();
+    follow_turn();
+    return MixedStart::kReady;
+}
+
+void TreeStep::build() {
+    ws_.tree.build(joints_, island_.joints, bodies_);
+    if (probe_) ws_.rows.build(joints_, island_.joints, bodies_);
+    ++report_.factorisations;
+    moved_ = 0;
+}
+
+// Contact rows at the present poses, where they have changed enough.
+void TreeStep::follow_turn() {
+    if (turned_ <= admitted_lag(settings_.rebuild_angle, h_)) return;
+    ws_.tree_contacts.build(ws_.tree, contacts_, island_.contacts);
+    turned_ = 0;
+}
+
+void TreeStep::predict_bias() {
+    const auto velocity_of = [&](int i) -> JointVelocity { return {bodies_.velocity[i].v, bodies_.velocity[i].w}; };
+    for_each_listed_joint(joints_, island_.joints, [&](auto kind, const auto& j, int i) {
+        constexpr JointKind K = decltype(kind)::value;
+        Eigen::Map<VecN<joint_rows(K)>>(&ws_.bias[ws_.rows.list()[i].first]) =
+            -0.5 * h_ * joint_curvature<K>(j.geometry, pose_of(bodies_.motion[j.a]), pose_of(bodies_.motion[j.b]), velocity_of(j.a),
+                                           velocity_of(j.b));
+    });
+}
+
+template <typename Sweep>
+void TreeStep::solve(bool with_friction, Sweep sweep) {
+    ws_.tree_contacts.begin(contacts_, island_.contacts, bodies_, with_friction);
+    Real change = 0;
+    for (int k = 0; k < settings_.sweeps; ++k) {
+        change = sweep();
+        ++report_.si.contact_sweeps;
+        if (change <= settings_.residual_tolerance) break;
+    }
+    ws_.tree.add_motion(ws_.tree_contacts.motion(), bodies_);
+    report_.si.residual = change;
+}
+
+void TreeStep::first_solve() {
+    kick(bodies_, first(), island_.dynamic_end, 0.5 * h_);
+    ws_.tree.note_momenta(bodies_);
+    predict_bias();
+    warm_start_first(contacts_, island_.contacts, bodies_);
+    remember_start();
+    ws_.tree.project(ws_.bias.data(), bodies_);
+    ++report_.joint_solves;
+    solve(false, [&] { return ws_.tree_contacts.sweep_gaps(contacts_, island_.contacts, h_, 0); });
+    ws_.start_gap = ws_.target = ws_.gap;
+    drift_kinematic(bodies_, island_.dynamic_end, island_.body_end, h_);
+    if (misses() > settings_.tolerance * size_) {
+        ws_.tree.correct(ws_.residual.data(), bodies_);
+        ++report_.joint_solves;
+    }
+    ws_.tree_contacts.note_impulses(contacts_, island_.contacts, false, ws_.tree);
+    ws_.tree.joint_impulses(bodies_, ws_.first.data());
+}
+
+bool TreeStep::push() {
+    hold_contacts(contacts_, island_.contacts, bodies_);
+    if (probe_) probe_->note_solve(SolveTurn::kFirst, bodies_, contacts_, ws_.rows, ws_.first);
+    begin_push(bodies_, first(), island_.dynamic_end);
+    ws_.tree_contacts.begin(contacts_, island_.contacts, bodies_, false);
+    ws_.tree_contacts.sweep_gaps(contacts_, island_.contacts, h_, settings_.contact_push);
+    ws_.tree.add_motion(ws_.tree_contacts.motion(), bodies_);
+    set_target();
+    const bool is_met = shake();
+    measure_push(bodies_, first(), island_.dynamic_end);
+    return is_met;
+}
+
+// Corrections of the velocities until the trial pose meets the joints' target.
+bool TreeStep::shake() {
+    Real last = std::numeric_limits<Real>::infinity();
+    for (int k = 0;; ++k) {
+        const Real largest = misses();
+        if (largest <= settings_.tolerance * size_) return true;
+        if (is_lost(k, largest, last)) return is_slack(largest);
+        last = largest;
+        ws_.tree.correct(ws_.residual.data(), bodies_);
+        ++report_.joint_solves;
+    }
+}
+
+void TreeStep::second_solve() {
+    kick(bodies_, first(), island_.dynamic_end, 0.5 * h_);
+    ws_.tree.note_momenta(bodies_);
+    warm_start_second(contacts_, island_.contacts, bodies_);
+    ws_.tree.project(nullptr, bodies_);
+    ++report_.joint_solves;
+    solve(true, [&] { return ws_.tree_contacts.sweep_velocities(contacts_, island_.contacts); });
+    ws_.tree_contacts.note_impulses(contacts_, island_.contacts, true, ws_.tree);
+    ws_.tree.joint_impulses(bodies_, ws_.second.data());
+}
+
+bool TreeStep::substep() {
+    if (probe_) probe_->begin_substep(bodies_, h_);
+    if (island_.has_bounce) {
+        predict_bounces(contacts_, island_.contacts, bodies_, h_, true);
+        turned_ = std::numeric_limits<Real>::infinity();  // rows are built along the normals of the impacts
+        follow_turn();
+    }
+    first_solve();
+    if (!push()) return false;
+    finish_drift();
+    if (moved_ > kKeepFactor * size_) build();
+    advance_blocks(contacts_, island_.contacts, bodies_, h_, admitted_lag(settings_.rebuild_angle, h_));
+    follow_turn();
+    release_contacts(contacts_, island_.contacts);
+    end_push(bodies_, first(), island_.dynamic_end);
+    if (probe_) probe_->note_drift(bodies_, true);
+    second_solve();
+    end_substep();
+    return true;
+}
+
+}  // namespace cairn

@@ -1,0 +1,33 @@
+// The substep of solver/mixed.hpp where joints make trees: joints and contacts in the coordinates that the joints leave free
+// (solver/joint_tree.hpp). Internal.
+//
+// The first solve's bias is what the drift adds to the linear prediction of C to second order, h/2 C̈ at the velocities it starts from; a
+// correction, if the trial pose asks for one, is part of its impulses. What is left then is SHAKE's, after the push.
+#pragma once
+
+#include "solver/mixed_step.hpp"
+
+namespace cairn {
+
+class TreeStep : public MixedStepBase {
+public:
+    using MixedStepBase::MixedStepBase;
+
+    // kNotSo: no forest, joints are far apart, or contact rows would be too long.
+    MixedStart begin();
+    bool substep();  // false: SHAKE does not contract
+
+private:
+    void build();
+    void follow_turn();
+    void predict_bias();
+    template <typename Sweep>
+    void solve(bool with_friction, Sweep sweep);
+    void first_solve();
+    bool push();
+    bool shake();
+    void second_solve();
+
+};
+
+}  // namespace cairn
