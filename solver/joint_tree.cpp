@@ -169,14 +169,14 @@ void JointTree::gather(const TreePlan& plan, const JointRowList& rows, int body_
             n.row = row.first;
             n.base = row.body[1 - n.side];
         }
-        dofs_ += n.dofs;
+        dofs_ += (n.dofs + 1) / 2 * 2;
     }
     for (int i = 0; i < bodies; ++i) {
         if (node_of_[i] >= 0) continue;
         add(i, -1);
         dofs_ += 6;
     }
-    z_.resize(dofs_);
+    z_.assign(dofs_, 0);
 }
 
 void JointTree::build(const JointPool& pool, const JointRanges& ranges, const SolverBodies& bodies) {

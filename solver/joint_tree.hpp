@@ -42,7 +42,7 @@ public:
         int row = 0;     // first of the joint's
         int base = kImmovable;  // of a root with a joint: what it hangs from
         int dofs = 6;
-        int z = 0;  // first of its z
+        int z = 0;  // first of its z, even
     };
 
     // Takes an island's bodies and joints; those without joints are roots. Allocates when it sees more of them than before.
@@ -52,7 +52,7 @@ public:
 
     const std::vector<Node>& nodes() const { return nodes_; }
     int node_of(int body) const { return node_of_[body - body_begin_]; }
-    int dofs() const { return dofs_; }
+    int dofs() const { return dofs_; }  // numbers in z; a node with an odd number of them leaves one out
 
     // Velocities with G u = r that are nearest to the present ones. r by row.
     void project(const Real* r, SolverBodies& bodies);

@@ -11,6 +11,8 @@ namespace {
 
 // Of the largest arm: joints that are farther apart share no anchor about which their bodies could turn.
 constexpr Real kMostApart = 1e-3;
+// Likewise: from so near a correction meets joints as well as the first solve has to; what it leaves is met after the push.
+constexpr Real kNear = 1e-3;
 
 JointPose pose_of(const BodyMotion& m) {
     return {m.x, m.R};
@@ -40,7 +42,7 @@ void TreeStep::build() {
 // Contact rows at the present poses, where they have changed enough.
 void TreeStep::follow_turn() {
     if (turned_ <= admitted_lag(settings_.rebuild_angle, h_)) return;
-    ws_.tree_contacts.build(ws_.tree, contacts_, island_.contacts);
+    ws_.tree_contacts.build(contacts_, island_.contacts);
     turned_ = 0;
 }
 
@@ -54,12 +56,11 @@ void TreeStep::predict_bias() {
     });
 }
 
-template <typename Sweep>
-void TreeStep::solve(bool with_friction, Sweep sweep) {
-    ws_.tree_contacts.begin(contacts_, island_.contacts, bodies_, with_friction);
+// Sweeps that have begun.
+void TreeStep::solve(bool with_friction) {
     Real change = 0;
     for (int k = 0; k < settings_.sweeps; ++k) {
-        change = sweep();
+        change = ws_.tree_contacts.sweep(contacts_, with_friction);
         ++report_.si.contact_sweeps;
         if (change <= settings_.residual_tolerance) break;
     }
@@ -67,7 +68,7 @@ void TreeStep::solve(bool with_friction, Sweep sweep) {
     report_.si.residual = change;
 }
 
-void TreeStep::first_solve() {
+bool TreeStep::first_solve() {
     kick(bodies_, first(), island_.dynamic_end, 0.5 * h_);
     ws_.tree.note_momenta(bodies_);
     predict_bias();
@@ -75,32 +76,32 @@ void TreeStep::first_solve() {
     remember_start();
     ws_.tree.project(ws_.bias.data(), bodies_);
     ++report_.joint_solves;
-    solve(false, [&] { return ws_.tree_contacts.sweep_gaps(contacts_, island_.contacts, h_, 0); });
+    ws_.tree_contacts.begin_gaps(contacts_, island_.contacts, bodies_, h_, 0);
+    solve(false);
     ws_.start_gap = ws_.target = ws_.gap;
     drift_kinematic(bodies_, island_.dynamic_end, island_.body_end, h_);
-    if (misses() > settings_.tolerance * size_) {
-        ws_.tree.correct(ws_.residual.data(), bodies_);
-        ++report_.joint_solves;
-    }
+    const bool is_met = shake(kNear * size_);
     ws_.tree_contacts.note_impulses(contacts_, island_.contacts, false, ws_.tree);
     ws_.tree.joint_impulses(bodies_, ws_.first.data());
+    return is_met;
 }
 
 bool TreeStep::push() {
     hold_contacts(contacts_, island_.contacts, bodies_);
     if (probe_) probe_->note_solve(SolveTurn::kFirst, bodies_, contacts_, ws_.rows, ws_.first);
     begin_push(bodies_, first(), island_.dynamic_end);
-    ws_.tree_contacts.begin(contacts_, island_.contacts, bodies_, false);
-    ws_.tree_contacts.sweep_gaps(contacts_, island_.contacts, h_, settings_.contact_push);
+    ws_.tree_contacts.begin_gaps(contacts_, island_.contacts, bodies_, h_, settings_.contact_push);
+    ws_.tree_contacts.sweep(contacts_, false);
     ws_.tree.add_motion(ws_.tree_contacts.motion(), bodies_);
     set_target();
-    const bool is_met = shake();
+    const bool is_met = shake(0);
     measure_push(bodies_, first(), island_.dynamic_end);
     return is_met;
 }
 
-// Corrections of the velocities until the trial pose meets the joints' target.
-bool TreeStep::shake() {
+// Corrections of the velocities until the trial pose meets the joints' target, or until one has been made from nearer than `near` [m]: the
+// poses are then as they were before it.
+bool TreeStep::shake(Real near) {
     Real last = std::numeric_limits<Real>::infinity();
     for (int k = 0;; ++k) {
         const Real largest = misses();
@@ -109,6 +110,7 @@ bool TreeStep::shake() {
         last = largest;
         ws_.tree.correct(ws_.residual.data(), bodies_);
         ++report_.joint_solves;
+        if (largest <= near) return true;
     }
 }
 
@@ -118,7 +120,8 @@ void TreeStep::second_solve() {
     warm_start_second(contacts_, island_.contacts, bodies_);
     ws_.tree.project(nullptr, bodies_);
     ++report_.joint_solves;
-    solve(true, [&] { return ws_.tree_contacts.sweep_velocities(contacts_, island_.contacts); });
+    ws_.tree_contacts.begin_velocities(contacts_, island_.contacts, bodies_);
+    solve(true);
     ws_.tree_contacts.note_impulses(contacts_, island_.contacts, true, ws_.tree);
     ws_.tree.joint_impulses(bodies_, ws_.second.data());
 }
@@ -130,8 +133,7 @@ bool TreeStep::substep() {
         turned_ = std::numeric_limits<Real>::infinity();  // rows are built along the normals of the impacts
         follow_turn();
     }
-    first_solve();
-    if (!push()) return false;
+    if (!first_solve() || !push()) return false;
     finish_drift();
     if (moved_ > kKeepFactor * size_) build();
     advance_blocks(contacts_, island_.contacts, bodies_, h_, admitted_lag(settings_.rebuild_angle, h_));

@@ -21,11 +21,10 @@ private:
     void build();
     void follow_turn();
     void predict_bias();
-    template <typename Sweep>
-    void solve(bool with_friction, Sweep sweep);
-    void first_solve();
+    void solve(bool with_friction);
+    bool first_solve();
     bool push();
-    bool shake();
+    bool shake(Real near);
     void second_solve();
 
 };

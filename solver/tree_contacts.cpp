@@ -7,210 +7,143 @@
 namespace cairn {
 namespace {
 
-constexpr int kPad = 4;
 // Numbers a row, on average, above which turns of sweeps and joints are cheaper.
 constexpr int kMostLength = 96;
 // Joints may leave a row no freedom at all; what is left then is rounding and what bodies have turned since it was built. So much of the
 // free bodies' is added: sweeps go less far there, their fixed point is the same.
 constexpr Real kLeastFreedom = 3e-3;
 
-typedef Real Pair __attribute__((vector_size(16), may_alias));
-
-// Of `length` numbers, a multiple of four, in an order that does not depend on the instruction set.
-inline Real dot(const Real* a, const Real* b, int length) {
-    Pair s = {0, 0}, t = {0, 0};
-    for (int i = 0; i < length; i += kPad) {
-        s += *reinterpret_cast<const Pair*>(a + i) * *reinterpret_cast<const Pair*>(b + i);
-        t += *reinterpret_cast<const Pair*>(a + i + 2) * *reinterpret_cast<const Pair*>(b + i + 2);
-    }
-    s += t;
-    return s[0] + s[1];
-}
-
-inline void add_scaled(Real* z, Real f, const Real* y, int length) {
-    const Pair ff = {f, f};
-    for (int i = 0; i < length; i += 2) *reinterpret_cast<Pair*>(z + i) += ff * *reinterpret_cast<const Pair*>(y + i);
-}
+static_assert(sizeof(PointImpulse) == 3 * sizeof(Real));
 
 }  // namespace
+
+const TreeKernel* best_tree_kernel() {
+#if defined(__x86_64__)
+    static const bool has_avx2 = __builtin_cpu_supports("avx2");
+    if (has_avx2) return &kAvx2TreeKernel;
+#endif
+    return &kPortableTreeKernel;
+}
+
+// The nodes from two bodies to their roots, where they meet but once; parents come after what hangs from them.
+void TreeContacts::add_way(const JointTree& tree, int a, int b, TreeBlock& block) {
+    int ends[2] = {a, b}, length = 0;
+    block.part_begin = static_cast<int>(parts_.size());
+    block.pair = static_cast<int>(pairs_.size());
+    while (ends[0] >= 0 || ends[1] >= 0) {
+        const bool meets = ends[0] == ends[1];
+        const int side = ends[0] >= ends[1] ? 0 : 1;
+        const JointTree::Node& n = tree.nodes()[ends[side]];
+        if (n.dofs > 0 || meets)
+            parts_.push_back({n.S.data(), n.U.data(), n.dofs, length, side, meets, n.parent < 0});
+        for (int d = 0; d < n.dofs; d += 2) pairs_.push_back(n.z + d);
+        length += (n.dofs + 1) / 2 * 2;
+        ends[side] = n.parent;
+        if (meets) ends[1 - side] = -1;
+    }
+    block.part_end = static_cast<int>(parts_.size());
+    block.quads = (length + kTreePad - 1) / kTreePad;
+    if (length < kTreePad * block.quads) pairs_.push_back(tree.dofs());
+}
 
 bool TreeContacts::gather(const JointTree& tree, const ContactPool& contacts, BlockRange range, int body_begin, int dynamic_end) {
     const auto node = [&](int body) { return body >= body_begin && body < dynamic_end ? tree.node_of(body) : -1; };
     parts_.clear();
-    ways_.resize(range.end - range.begin);
+    pairs_.clear();
+    blocks_.resize(range.end - range.begin);
+    nodes_.resize(2 * blocks_.size());
     int values = 0, rows = 0, longest = 0;
     for (int k = range.begin; k < range.end; ++k) {
         const ContactBlock& block = contacts.blocks[k];
-        Way& way = ways_[k - range.begin];
-        way = {node(block.a), node(block.b), static_cast<int>(parts_.size()), 0, 0, values, rows, block.friction >= 0 ? 3 : 1};
-        int ends[2] = {way.a, way.b};
-        while (ends[0] >= 0 || ends[1] >= 0) {
-            const bool meets = ends[0] == ends[1];
-            const int side = ends[0] >= ends[1] ? 0 : 1;
-            const JointTree::Node& n = tree.nodes()[ends[side]];
-            if (n.dofs > 0 || meets) parts_.push_back({ends[side], n.z, n.dofs, way.length, side, meets});
-            way.length += n.dofs;
-            ends[side] = n.parent;
-            if (meets) ends[1 - side] = -1;
-        }
-        way.end = static_cast<int>(parts_.size());
-        way.length = (way.length + kPad - 1) / kPad * kPad;
-        longest = std::max(longest, way.length);
-        values += block.count * way.rows_a_point * way.length;
-        rows += block.count * way.rows_a_point;
+        TreeBlock& own = blocks_[k - range.begin];
+        int* ends = &nodes_[2 * (k - range.begin)];
+        ends[0] = node(block.a);
+        ends[1] = node(block.b);
+        add_way(tree, ends[0], ends[1], own);
+        own.arm_a = ends[0] >= 0 ? tree.nodes()[ends[0]].arm.data() : nullptr;
+        own.arm_b = ends[1] >= 0 ? tree.nodes()[ends[1]].arm.data() : nullptr;
+        own.mu = block.mu;
+        own.values = values;
+        own.row = rows;
+        own.point = block.first;
+        own.count = block.count;
+        own.has_friction = block.friction >= 0;
+        longest = std::max(longest, own.quads);
+        const int own_rows = block.count * (own.has_friction ? kTreeRowsAPoint : 1);
+        values += own_rows * kTreePad * own.quads;
+        rows += own_rows;
     }
     if (values > kMostLength * rows) return false;
     rows_.resize(rows);
     values_.assign(values, 0);
-    local_.assign(longest, 0);
-    z_.resize(tree.dofs());
+    scratch_.resize(longest);
+    z_.assign(tree.dofs() + 2, 0);
     return true;
 }
 
-template <int R>
-void TreeContacts::build_point(const JointTree& tree, const Way& way, const ContactBlock& block, const PointRow* const* rows,
-                               int first_row) {
-    Eigen::Matrix<Real, 6, R> F[2];
-    for (int r = 0; r < R; ++r) {
-        const Vec3& direction = r == 0 ? block.n : static_cast<const FrictionRow*>(rows[r])->t;
-        if (way.a >= 0) F[0].col(r) << direction, rows[r]->ang_a + tree.nodes()[way.a].arm.cross(direction);
-        if (way.b >= 0) F[1].col(r) << -direction, -rows[r]->ang_b - tree.nodes()[way.b].arm.cross(direction);
-    }
-    Real* values = &values_[way.values + (first_row - way.row) * way.length];
-    const auto pass = [&](auto dofs, const Part& part) {
-        constexpr int K = decltype(dofs)::value;
-        const JointTree::Node& n = tree.nodes()[part.node];
-        const Eigen::Map<const Eigen::Matrix<Real, 6, K>, Eigen::Aligned16> S(n.S.data()), U(n.U.data());
-        Eigen::Matrix<Real, 6, R>& f = F[part.side];
-        Eigen::Matrix<Real, K, R> y = S.transpose().lazyProduct(f);
-        if (n.parent >= 0) f -= U.lazyProduct(y);
-        for (int r = 0; r < R; ++r)
-            for (int d = 0; d < K; ++d) values[r * way.length + part.at + d] = y(d, r);
-    };
-    for (int p = way.begin; p < way.end; ++p) {
-        const Part& part = parts_[p];
-        if (part.meets) F[part.side] += F[1 - part.side];
-        switch (part.dofs) {
-            case 0:
-                break;
-            case 1:
-                pass(std::integral_constant<int, 1>(), part);
-                break;
-            case 3:
-                pass(std::integral_constant<int, 3>(), part);
-                break;
-            case 5:
-                pass(std::integral_constant<int, 5>(), part);
-                break;
-            default:
-                pass(std::integral_constant<int, 6>(), part);
-        }
-    }
-    for (int r = 0; r < R; ++r) {
-        const Real* y = values + r * way.length;
-        rows_[first_row + r].mass = rows[r]->mass > 0 ? 1 / (dot(y, y, way.length) + kLeastFreedom / rows[r]->mass) : 0;
-    }
-}
-
-void TreeContacts::build(const JointTree& tree, const ContactPool& contacts, BlockRange range) {
+void TreeContacts::build(const ContactPool& contacts, BlockRange range) {
     for (int k = range.begin; k < range.end; ++k) {
         const ContactBlock& block = contacts.blocks[k];
-        const Way& way = ways_[k - range.begin];
+        const TreeBlock& own = blocks_[k - range.begin];
+        const int rows_a_point = own.has_friction ? kTreeRowsAPoint : 1;
         for (int i = 0; i < block.count; ++i) {
-            const PointRow* rows[3] = {&contacts.normals[block.first + i], nullptr, nullptr};
-            const int first_row = way.row + way.rows_a_point * i;
-            if (block.friction < 0) {
-                build_point<1>(tree, way, block, rows, first_row);
-                continue;
+            TreePoint point;
+            for (int r = 0; r < kTreeRowsAPoint; ++r) {
+                const bool is_normal = r == 0 || !own.has_friction;
+                const FrictionRow* friction = is_normal ? nullptr : &contacts.frictions[block.friction + 2 * i + r - 1];
+                const PointRow& row = is_normal ? static_cast<const PointRow&>(contacts.normals[block.first + i]) : *friction;
+                point.direction[r] = is_normal ? block.n.data() : friction->t.data();
+                point.ang_a[r] = row.ang_a.data();
+                point.ang_b[r] = row.ang_b.data();
+                point.softness[r] = kLeastFreedom / row.mass;  // ∞ where nothing can move: it never does
             }
-            for (int j = 0; j < 2; ++j) rows[1 + j] = &contacts.frictions[block.friction + 2 * i + j];
-            build_point<3>(tree, way, block, rows, first_row);
+            const int row = rows_a_point * i;
+            kernel_->build(own, parts_.data(), point, &values_[own.values + row * kTreePad * own.quads], &rows_[own.row + row]);
         }
     }
 }
 
-void TreeContacts::begin(const ContactPool& contacts, BlockRange range, const SolverBodies& bodies, bool with_friction) {
+void TreeContacts::begin_gaps(const ContactPool& contacts, BlockRange range, const SolverBodies& bodies, Real h, Real push_rate) {
     std::fill(z_.begin(), z_.end(), 0.0);
     for (int k = range.begin; k < range.end; ++k) {
         const ContactBlock& block = contacts.blocks[k];
-        const Way& way = ways_[k - range.begin];
+        const TreeBlock& own = blocks_[k - range.begin];
         const BlockVelocity u(block, bodies);
         for (int i = 0; i < block.count; ++i) {
-            Row* rows = &rows_[way.row + way.rows_a_point * i];
-            rows[0].velocity = u.along(block.n, contacts.normals[block.first + i]);
-            for (int j = 0; with_friction && block.friction >= 0 && j < 2; ++j) {
+            const NormalRow& row = contacts.normals[block.first + i];
+            rows_[own.row + (own.has_friction ? kTreeRowsAPoint : 1) * i].aim = gap_target(row, h, push_rate) - u.along(block.n, row);
+        }
+    }
+}
+
+void TreeContacts::begin_velocities(const ContactPool& contacts, BlockRange range, const SolverBodies& bodies) {
+    std::fill(z_.begin(), z_.end(), 0.0);
+    for (int k = range.begin; k < range.end; ++k) {
+        const ContactBlock& block = contacts.blocks[k];
+        const TreeBlock& own = blocks_[k - range.begin];
+        const BlockVelocity u(block, bodies);
+        TreeRow* rows = &rows_[own.row];
+        for (int i = 0; i < block.count; ++i) {
+            const NormalRow& row = contacts.normals[block.first + i];
+            rows++->aim = velocity_target(row) - u.along(block.n, row);
+            for (int j = 0; own.has_friction && j < 2; ++j) {
                 const FrictionRow& friction = contacts.frictions[block.friction + 2 * i + j];
-                rows[1 + j].velocity = u.along(friction.t, friction);
+                rows++->aim = -u.along(friction.t, friction);
             }
         }
     }
 }
 
-template <typename TargetOf>
-Real TreeContacts::sweep(ContactPool& contacts, BlockRange range, bool with_friction, TargetOf target_of) {
-    Real change = 0;
-    Real* z = local_.data();
-    for (int k = range.begin; k < range.end; ++k) {
-        const ContactBlock& block = contacts.blocks[k];
-        const Way& way = ways_[k - range.begin];
-        const int length = way.length;
-        for (int p = way.begin; p < way.end; ++p) {
-            const Part& part = parts_[p];
-            for (int d = 0; d < part.dofs; ++d) z[part.at + d] = z_[part.z + d];
-        }
-        bool any = false;
-        const Real* values = &values_[way.values];
-        const auto move = [&](const Row& row, const Real* y, Real& lambda, Real next) {
-            const Real delta = next - lambda;
-            if (delta == 0) return;
-            any = true;
-            lambda = next;
-            add_scaled(z, delta, y, length);
-            if (row.mass > 0) change = std::max(change, std::abs(delta) / row.mass);
-        };
-        const Row* rows = &rows_[way.row];
-        const int stride = way.rows_a_point * length;
-        for (int i = 0; i < block.count; ++i) {
-            const Row& row = rows[way.rows_a_point * i];
-            const Real* y = values + i * stride;
-            Real& lambda = contacts.impulse[block.first + i].normal;
-            const Real v = row.velocity + dot(y, z, length);
-            move(row, y, lambda, std::max(lambda - row.mass * (v - target_of(contacts.normals[block.first + i])), 0.0));
-        }
-        for (int i = 0; with_friction && block.friction >= 0 && i < block.count; ++i) {
-            PointImpulse& impulse = contacts.impulse[block.first + i];
-            const Real limit = block.mu * impulse.normal;
-            if (limit == 0 && impulse.friction[0] == 0 && impulse.friction[1] == 0) continue;
-            // Side by side, as in solver/contact_rows.cpp.
-            const Row &row1 = rows[3 * i + 1], &row2 = rows[3 * i + 2];
-            const Real *y1 = values + i * stride + length, *y2 = y1 + length;
-            const Real v1 = row1.velocity + dot(y1, z, length), v2 = row2.velocity + dot(y2, z, length);
-            const Real next1 = std::clamp(impulse.friction[0] - row1.mass * v1, -limit, limit);
-            const Real next2 = std::clamp(impulse.friction[1] - row2.mass * v2, -limit, limit);
-            move(row1, y1, impulse.friction[0], next1);
-            move(row2, y2, impulse.friction[1], next2);
-        }
-        if (!any) continue;
-        for (int p = way.begin; p < way.end; ++p) {
-            const Part& part = parts_[p];
-            for (int d = 0; d < part.dofs; ++d) z_[part.z + d] = z[part.at + d];
-        }
-    }
-    return change;
-}
-
-Real TreeContacts::sweep_gaps(ContactPool& contacts, BlockRange range, Real h, Real push_rate) {
-    return sweep(contacts, range, false, [=](const NormalRow& row) { return gap_target(row, h, push_rate); });
-}
-
-Real TreeContacts::sweep_velocities(ContactPool& contacts, BlockRange range) {
-    return sweep(contacts, range, true, [](const NormalRow& row) { return velocity_target(row); });
+Real TreeContacts::sweep(ContactPool& contacts, bool with_friction) {
+    return kernel_->sweep({blocks_.data(), static_cast<int>(blocks_.size()), pairs_.data(), values_.data(), rows_.data(),
+                           &contacts.impulse.data()->normal, z_.data(), scratch_.data()->lane},
+                          with_friction);
 }
 
 void TreeContacts::note_impulses(const ContactPool& contacts, BlockRange range, bool since_held, JointTree& tree) const {
     for (int k = range.begin; k < range.end; ++k) {
         const ContactBlock& block = contacts.blocks[k];
-        const Way& way = ways_[k - range.begin];
+        const int *nodes = &nodes_[2 * (k - range.begin)], a = nodes[0], b = nodes[1];
         Vec3 force = Vec3::Zero(), moment_a = Vec3::Zero(), moment_b = Vec3::Zero();
         const auto add = [&](const Vec3& direction, const PointRow& row, Real lambda) {
             force += lambda * direction;
@@ -226,8 +159,8 @@ void TreeContacts::note_impulses(const ContactPool& contacts, BlockRange range, 
                 add(row.t, row, impulse.friction[j] - (since_held ? row.held_impulse : 0));
             }
         }
-        if (way.a >= 0) tree.note_impulse(way.a, force, moment_a);
-        if (way.b >= 0) tree.note_impulse(way.b, -force, -moment_b);
+        if (a >= 0) tree.note_impulse(a, force, moment_a);
+        if (b >= 0) tree.note_impulse(b, -force, -moment_b);
     }
 }
 
