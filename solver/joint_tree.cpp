@@ -105,6 +105,28 @@ void set_inertia(const BodyMotion& m, JointTree::Node& n) {
     n.I.diagonal().tail<3>().array() += m2;
 }
 
+// S̃ = L⁻ᵀ of a body that moves freely, column by column.
+void invert_root(JointTree::Node& n) {
+    Mat6 L = n.I;  // below the diagonal; inverses on it
+    for (int j = 0; j < 6; ++j) {
+        for (int i = 0; i < j; ++i) {
+            Real s = L(j, i);
+            for (int k = 0; k < i; ++k) s -= L(j, k) * L(i, k);
+            L(j, i) = s * L(i, i);
+        }
+        Real s = L(j, j);
+        for (int k = 0; k < j; ++k) s -= L(j, k) * L(j, k);
+        L(j, j) = 1 / std::sqrt(s);
+        for (int i = 0; i < j; ++i) {
+            Real t = L(j, i) * n.S(i, i);
+            for (int k = i + 1; k < j; ++k) t += L(j, k) * n.S(i, k);
+            n.S(i, j) = -L(j, j) * t;
+            n.S(j, i) = 0;
+        }
+        n.S(j, j) = L(j, j);
+    }
+}
+
 // S̃ and Ũ from S, and what is left of the inertia for the parent, if any.
 template <int K>
 void eliminate(JointTree::Node& n, JointTree::Node* parent) {
@@ -193,7 +215,10 @@ void JointTree::build(const JointPool& pool, const JointRanges& ranges, const So
     for (std::size_t i = nodes_.size(); i-- > 0;) {
         Node& n = nodes_[i];
         Node* parent = n.parent >= 0 ? &nodes_[n.parent] : nullptr;
-        if (n.joint < 0) n.S.setIdentity();
+        if (n.joint < 0) {
+            invert_root(n);
+            continue;
+        }
         if (n.dofs == 0 && parent) parent->I += n.I;
         with_dofs(n.dofs, [&](auto k) { eliminate<decltype(k)::value>(n, parent); });
     }
@@ -254,7 +279,7 @@ void JointTree::down(bool with_bias) {
 void JointTree::project(const Real* r, SolverBodies& bodies) {
     if (r) set_bias(r);
     for (Node& n : nodes_) {
-        n.P = momentum(n, bodies);
+        n.P0 = n.P = momentum(n, bodies);
         n.V.setZero();
         if (n.parent >= 0 || n.joint < 0) continue;
         const BodyVelocity& u = bodies.velocity[n.base];
@@ -295,10 +320,6 @@ void JointTree::add_velocities(SolverBodies& bodies) const {
         u.w += w;
         u.v += n.V.head<3>() + w.cross(n.arm);
     }
-}
-
-void JointTree::note_momenta(const SolverBodies& bodies) {
-    for (Node& n : nodes_) n.P0 = momentum(n, bodies);
 }
 
 void JointTree::note_impulse(int node, const Vec3& force, const Vec3& moment) {

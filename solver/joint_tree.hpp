@@ -54,18 +54,16 @@ public:
     int node_of(int body) const { return node_of_[body - body_begin_]; }
     int dofs() const { return dofs_; }  // numbers in z; a node with an odd number of them leaves one out
 
-    // Velocities with G u = r that are nearest to the present ones. r by row.
+    // Velocities with G u = r that are nearest to the present ones, from whose momenta joint impulses are counted. r by row; null: 0.
     void project(const Real* r, SolverBodies& bodies);
     // Adds the smallest change of velocities that changes G u by r.
     void correct(const Real* r, SolverBodies& bodies);
     // Adds what a change of z makes of the velocities.
     void add_motion(const Real* dz, SolverBodies& bodies);
 
-    // Momenta from which joint impulses are counted.
-    void note_momenta(const SolverBodies& bodies);
     // An impulse on a body that is not the joints' own: a force and its moment about the body's centre.
     void note_impulse(int node, const Vec3& force, const Vec3& moment);
-    // λ since note_momenta(), by row.
+    // λ since project(), by row.
     void joint_impulses(const SolverBodies& bodies, Real* lambda);
 
 private:

@@ -1,8 +1,9 @@
 // The substep of solver/mixed.hpp where joints make trees: joints and contacts in the coordinates that the joints leave free
 // (solver/joint_tree.hpp). Internal.
 //
-// The first solve's bias is what the drift adds to the linear prediction of C to second order, h/2 C̈ at the velocities it starts from; a
-// correction, if the trial pose asks for one, is part of its impulses. What is left then is SHAKE's, after the push.
+// The first solve's bias is what the drift adds to the linear prediction of C to second order, h/2 C̈: at the velocities that it starts from
+// while contacts are swept, then at those that the sweeps leave. Where the two are far apart, SHAKE's iteration follows. What is left then
+// is met after the push.
 #pragma once
 
 #include "solver/mixed_step.hpp"
@@ -20,7 +21,7 @@ public:
 private:
     void build();
     void follow_turn();
-    void predict_bias();
+    Real predict_bias();
     void solve(bool with_friction);
     bool first_solve();
     bool push();

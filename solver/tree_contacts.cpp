@@ -103,8 +103,14 @@ void TreeContacts::build(const ContactPool& contacts, BlockRange range) {
     }
 }
 
-void TreeContacts::begin_gaps(const ContactPool& contacts, BlockRange range, const SolverBodies& bodies, Real h, Real push_rate) {
+void TreeContacts::begin(const ContactPool& contacts, BlockRange range) {
+    const PointRange points = points_of(contacts, range);
     std::fill(z_.begin(), z_.end(), 0.0);
+    start_.assign(contacts.impulse.begin() + points.begin, contacts.impulse.begin() + points.end);
+}
+
+void TreeContacts::begin_gaps(const ContactPool& contacts, BlockRange range, const SolverBodies& bodies, Real h, Real push_rate) {
+    begin(contacts, range);
     for (int k = range.begin; k < range.end; ++k) {
         const ContactBlock& block = contacts.blocks[k];
         const TreeBlock& own = blocks_[k - range.begin];
@@ -117,7 +123,7 @@ void TreeContacts::begin_gaps(const ContactPool& contacts, BlockRange range, con
 }
 
 void TreeContacts::begin_velocities(const ContactPool& contacts, BlockRange range, const SolverBodies& bodies) {
-    std::fill(z_.begin(), z_.end(), 0.0);
+    begin(contacts, range);
     for (int k = range.begin; k < range.end; ++k) {
         const ContactBlock& block = contacts.blocks[k];
         const TreeBlock& own = blocks_[k - range.begin];
@@ -140,7 +146,8 @@ Real TreeContacts::sweep(ContactPool& contacts, bool with_friction) {
                           with_friction);
 }
 
-void TreeContacts::note_impulses(const ContactPool& contacts, BlockRange range, bool since_held, JointTree& tree) const {
+void TreeContacts::note_impulses(const ContactPool& contacts, BlockRange range, bool with_friction, JointTree& tree) const {
+    const int first = points_of(contacts, range).begin;
     for (int k = range.begin; k < range.end; ++k) {
         const ContactBlock& block = contacts.blocks[k];
         const int *nodes = &nodes_[2 * (k - range.begin)], a = nodes[0], b = nodes[1];
@@ -152,11 +159,11 @@ void TreeContacts::note_impulses(const ContactPool& contacts, BlockRange range, 
         };
         for (int i = 0; i < block.count; ++i) {
             const PointImpulse& impulse = contacts.impulse[block.first + i];
-            const NormalRow& normal = contacts.normals[block.first + i];
-            add(block.n, normal, impulse.normal - (since_held ? normal.held_impulse : 0));
-            for (int j = 0; j < 2 && block.friction >= 0; ++j) {
+            const PointImpulse& start = start_[block.first + i - first];
+            add(block.n, contacts.normals[block.first + i], impulse.normal - start.normal);
+            for (int j = 0; j < 2 && with_friction && block.friction >= 0; ++j) {
                 const FrictionRow& row = contacts.frictions[block.friction + 2 * i + j];
-                add(row.t, row, impulse.friction[j] - (since_held ? row.held_impulse : 0));
+                add(row.t, row, impulse.friction[j] - start.friction[j]);
             }
         }
         if (a >= 0) tree.note_impulse(a, force, moment_a);

@@ -34,10 +34,11 @@ public:
     // What z has changed by since begin().
     const Real* motion() const { return z_.data(); }
 
-    // Tells the tree what impulses the contacts have given since the rows' held ones, or at all.
-    void note_impulses(const ContactPool& contacts, BlockRange range, bool since_held, JointTree& tree) const;
+    // Tells the tree what impulses the sweeps have given.
+    void note_impulses(const ContactPool& contacts, BlockRange range, bool with_friction, JointTree& tree) const;
 
 private:
+    void begin(const ContactPool& contacts, BlockRange range);
     void add_way(const JointTree& tree, int a, int b, TreeBlock& block);
 
     const TreeKernel* kernel_;
@@ -47,7 +48,8 @@ private:
     std::vector<int> pairs_;
     std::vector<TreeRow> rows_;
     std::vector<Real> values_;
-    std::vector<Real> z_;  // and two that stand for nothing
+    std::vector<PointImpulse> start_;  // by point: where the sweeps began
+    std::vector<Real> z_;              // and two that stand for nothing
     std::vector<Wide> scratch_;
 };
 
