@@ -113,6 +113,23 @@ void warm_start(ContactPool& pool, BlockRange range, SolverBodies& bodies, Norma
     }
 }
 
+inline void set_point_row(PointRow& row, const Vec3& direction, const Vec3& r_a, const Vec3& r_b, const BodyMotion& a, const BodyMotion& b) {
+    Real s = a.inv_mass + b.inv_mass;
+    row.ang_a = r_a.cross(direction);
+    row.ang_b = r_b.cross(direction);
+    row.iang_a.setZero();
+    row.iang_b.setZero();
+    if (a.inv_mass > 0) {
+        row.iang_a = a.inv_inertia_W.lazyProduct(row.ang_a);
+        s += row.ang_a.dot(row.iang_a);
+    }
+    if (b.inv_mass > 0) {
+        row.iang_b = b.inv_inertia_W.lazyProduct(row.ang_b);
+        s += row.ang_b.dot(row.iang_b);
+    }
+    row.mass = s > 0 ? 1 / s : 0;
+}
+
 }  // namespace
 
 void ContactPool::clear() {
@@ -140,18 +157,7 @@ void ContactPool::make_room(std::size_t points, std::size_t friction_rows) {
 
 PointRow make_point_row(const Vec3& direction, const Vec3& r_a, const Vec3& r_b, const BodyMotion& a, const BodyMotion& b) {
     PointRow row;
-    Real s = a.inv_mass + b.inv_mass;
-    row.ang_a = r_a.cross(direction);
-    row.ang_b = r_b.cross(direction);
-    if (a.inv_mass > 0) {
-        row.iang_a = a.inv_inertia_W * row.ang_a;
-        s += row.ang_a.dot(row.iang_a);
-    }
-    if (b.inv_mass > 0) {
-        row.iang_b = b.inv_inertia_W * row.ang_b;
-        s += row.ang_b.dot(row.iang_b);
-    }
-    row.mass = s > 0 ? 1 / s : 0;
+    set_point_row(row, direction, r_a, r_b, a, b);
     return row;
 }
 
@@ -195,7 +201,7 @@ void build_rows(ContactPool& pool, ContactBlock& block, const SolverBodies& bodi
             r_b = has_met ? Vec3(core_b + g.radius_b * n) : Vec3(a.x + r_a - separation * n - b.x);
         }
         NormalRow& row = pool.normals[block.first + i];
-        static_cast<PointRow&>(row) = make_point_row(n, r_a, r_b, a, b);
+        set_point_row(row, n, r_a, r_b, a, b);
         row.separation = separation;
         row.touching = true;
         least_mass = std::min(least_mass, row.mass);
@@ -205,7 +211,7 @@ void build_rows(ContactPool& pool, ContactBlock& block, const SolverBodies& bodi
         if (block.frame != NormalFrame::kB) row.curvature -= n.dot(wb.cross(wb.cross(core_b)));
         for (int j = 0; j < 2 && block.friction >= 0; ++j) {
             FrictionRow& friction = pool.frictions[block.friction + 2 * i + j];
-            static_cast<PointRow&>(friction) = make_point_row(friction.t, r_a, r_b, a, b);
+            set_point_row(friction, friction.t, r_a, r_b, a, b);
             least_mass = std::min(least_mass, friction.mass);
         }
     }

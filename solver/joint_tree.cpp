@@ -27,10 +27,6 @@ void with_dofs(int dofs, Function f) {
     }
 }
 
-JointPose pose_of(const BodyMotion& m) {
-    return {m.x, m.R};
-}
-
 // Inverse of a symmetric positive definite matrix.
 Mat3 inverse_symmetric(const Mat3& m) {
     const Real c00 = m(1, 1) * m(2, 2) - m(1, 2) * m(1, 2), c01 = m(0, 2) * m(1, 2) - m(0, 1) * m(2, 2);
@@ -43,66 +39,86 @@ Mat3 inverse_symmetric(const Mat3& m) {
 }
 
 // A turn about an axis through p.
-Vec6 turn_at(const Vec3& p, const Vec3& w) {
-    Vec6 t;
-    t << p.cross(w), w;
-    return t;
+inline void set_turn(const Vec3& p, const Vec3& w, Real* column) {
+    column[0] = p[1] * w[2] - p[2] * w[1];
+    column[1] = p[2] * w[0] - p[0] * w[2];
+    column[2] = p[0] * w[1] - p[1] * w[0];
+    for (int i = 0; i < 3; ++i) column[3 + i] = w[i];
 }
 
-Vec6 shift(const Vec3& v) {
-    Vec6 t;
-    t << v, Vec3::Zero();
-    return t;
+inline void set_shift(const Vec3& v, Real* column) {
+    for (int i = 0; i < 3; ++i) {
+        column[i] = v[i];
+        column[3 + i] = 0;
+    }
+}
+
+// Turns about the three axes of the world through p.
+inline void set_turns(const Vec3& p, Real* columns) {
+    const Real turns[18] = {0, p[2], -p[1], 1, 0, 0, -p[2], 0, p[0], 0, 1, 0, p[1], -p[0], 0, 0, 0, 1};
+    std::copy_n(turns, 18, columns);
+}
+
+inline void set_shifts(Real sign, Real* columns) {
+    const Real shifts[18] = {sign, 0, 0, 0, 0, 0, 0, sign, 0, 0, 0, 0, 0, 0, sign, 0, 0, 0};
+    std::copy_n(shifts, 18, columns);
 }
 
 // The angular motion at p that the row along `axis` sees with 1.
-Vec6 angular_dual(const Vec3& p, const Vec3& axis, Real sign) {
-    return turn_at(p, axis * (sign / axis.squaredNorm()));
+inline void set_dual(const Vec3& p, const Vec3& axis, Real sign, Real* column) {
+    set_turn(p, axis * (sign / axis.squaredNorm()), column);
 }
 
 // Free motions in the first columns, those that the rows see in the others. `p`: the anchor of the body, or B's of a slider, from O.
 template <JointKind K>
-void place_joint(const JointGeometry& g, const JointPose& a, const JointPose& b, int side, const Vec3& origin, Mat6& S) {
+void place_joint(const JointGeometry& g, const BodyMotion& a, const BodyMotion& b, int side, const Vec3& origin, Real* S) {
     const Real sign = side == 0 ? 1 : -1;
-    const Vec3 p_a = a.x + a.R * g.anchor_a_A - origin, p_b = b.x + b.R * g.anchor_b_B - origin;
-    const Vec3 p = side == 0 && K != JointKind::kSlider ? p_a : p_b;
-    constexpr int kFree = 6 - joint_rows(K);
-    if constexpr (K == JointKind::kBall || K == JointKind::kHinge || K == JointKind::kFixed)
-        for (int k = 0; k < 3; ++k) S.col(kFree + k) = shift(sign * Vec3::Unit(k));
+    const bool is_a = side == 0 && K != JointKind::kSlider;
+    const Vec3 p = is_a ? Vec3(a.x + a.R * g.anchor_a_A - origin) : Vec3(b.x + b.R * g.anchor_b_B - origin);
     if constexpr (K == JointKind::kBall) {
-        for (int k = 0; k < 3; ++k) S.col(k) = turn_at(p, Vec3::Unit(k));
+        set_turns(p, S);
+        set_shifts(sign, S + 18);
     } else if constexpr (K == JointKind::kHinge) {
         const Vec3 axis_b = b.R * g.frame_B.col(0);
-        S.col(0) = turn_at(p, axis_b);
-        for (int k = 0; k < 2; ++k) S.col(4 + k) = angular_dual(p, (a.R * g.frame_A.col(1 + k)).cross(axis_b), sign);
+        set_turn(p, axis_b, S);
+        set_shifts(sign, S + 6);
+        for (int k = 0; k < 2; ++k) set_dual(p, (a.R * g.frame_A.col(1 + k)).cross(axis_b), sign, S + 24 + 6 * k);
     } else if constexpr (K == JointKind::kSlider || K == JointKind::kFixed) {
         const Mat3 E = a.R * g.frame_A, F = b.R * g.frame_B;
+        if constexpr (K == JointKind::kFixed) set_shifts(sign, S);
+        if constexpr (K == JointKind::kSlider)
+            for (int k = 0; k < 3; ++k) set_shift((k == 0 ? 1 : sign) * E.col(k), S + 6 * k);
         for (int k = 0; k < 3; ++k) {
             const int* pair = joint_geometry::kAngularPair[k];
-            S.col(3 + k) = angular_dual(p, E.col(pair[0]).cross(F.col(pair[1])), sign);
+            set_dual(p, E.col(pair[0]).cross(F.col(pair[1])), sign, S + 18 + 6 * k);
         }
-        if constexpr (K == JointKind::kSlider)
-            for (int k = 0; k < 3; ++k) S.col(k) = shift((k == 0 ? 1 : sign) * E.col(k));
     } else {
-        const Vec3 u = direction_or(p_a - p_b, Vec3::UnitZ()), across = any_perpendicular(u);
-        for (int k = 0; k < 3; ++k) S.col(k) = turn_at(p, Vec3::Unit(k));
-        S.col(3) = shift(across);
-        S.col(4) = shift(u.cross(across));
-        S.col(5) = shift(sign * u);
+        const Vec3 d = joint_geometry::separation(g, {a.x, a.R}, {b.x, b.R});
+        const Vec3 u = direction_or(d, Vec3::UnitZ()), across = any_perpendicular(u);
+        set_turns(p, S);
+        set_shift(across, S + 18);
+        set_shift(u.cross(across), S + 24);
+        set_shift(sign * u, S + 30);
     }
 }
 
 void set_inertia(const BodyMotion& m, JointTree::Node& n) {
     n.mass = 1 / m.inv_mass;
     n.inertia = inverse_symmetric(m.inv_inertia_W);
-    const Mat3 mc = n.mass * skew(n.arm);
-    n.I.topLeftCorner<3, 3>() = n.mass * Mat3::Identity();
-    n.I.topRightCorner<3, 3>() = -mc;
-    n.I.bottomLeftCorner<3, 3>() = mc;
-    // m (‖c‖² − c cᵀ) about O.
-    const Real m2 = n.mass * n.arm.squaredNorm();
-    n.I.bottomRightCorner<3, 3>() = n.inertia - (n.mass * n.arm) * n.arm.transpose();
-    n.I.diagonal().tail<3>().array() += m2;
+    const Vec3& c = n.arm;
+    const Vec3 mc = n.mass * c;
+    // m on the diagonal, m c × beside it, and m (‖c‖² − c cᵀ) about O.
+    const Real linear[18] = {n.mass, 0, 0, 0, mc[2], -mc[1], 0, n.mass, 0, -mc[2], 0, mc[0], 0, 0, n.mass, mc[1], -mc[0], 0};
+    std::copy_n(linear, 18, n.I.data());
+    Real* angular = n.I.data() + 18;
+    const Real m2 = mc.dot(c);
+    for (int k = 0; k < 3; ++k) {
+        for (int i = 0; i < 3; ++i) {
+            angular[6 * k + i] = n.I(3 + k, i);
+            angular[6 * k + 3 + i] = n.inertia(i, k) - mc[i] * c[k];
+        }
+        angular[6 * k + 3 + k] += m2;
+    }
 }
 
 // S̃ = L⁻ᵀ of a body that moves freely, column by column.
@@ -209,8 +225,8 @@ void JointTree::build(const JointPool& pool, const JointRanges& ranges, const So
     }
     for_each_listed_joint(pool, ranges, [&](auto kind, const auto& j, int i) {
         Node& n = nodes_[node_of_joint_[i]];
-        place_joint<decltype(kind)::value>(j.geometry, pose_of(bodies.motion[j.a]), pose_of(bodies.motion[j.b]), n.side,
-                                           bodies.motion[nodes_[n.root].body].x, n.S);
+        place_joint<decltype(kind)::value>(j.geometry, bodies.motion[j.a], bodies.motion[j.b], n.side,
+                                           bodies.motion[nodes_[n.root].body].x, n.S.data());
     });
     for (std::size_t i = nodes_.size(); i-- > 0;) {
         Node& n = nodes_[i];
@@ -239,8 +255,10 @@ void JointTree::set_bias(const Real* r) {
             continue;
         }
         const int rows = 6 - n.dofs;
-        n.c = r[n.row] * n.S.col(n.dofs);
-        for (int k = 1; k < rows; ++k) n.c += r[n.row + k] * n.S.col(n.dofs + k);
+        const Real* T = n.S.data() + 6 * n.dofs;
+        Vec6 c = r[n.row] * Eigen::Map<const Vec6, Eigen::Aligned16>(T);
+        for (int k = 1; k < rows; ++k) c += r[n.row + k] * Eigen::Map<const Vec6, Eigen::Aligned16>(T + 6 * k);
+        n.c = c;
     }
 }
 

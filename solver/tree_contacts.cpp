@@ -43,15 +43,19 @@ void TreeContacts::add_way(const JointTree& tree, int a, int b, TreeBlock& block
     }
     block.part_end = static_cast<int>(parts_.size());
     block.quads = (length + kTreePad - 1) / kTreePad;
-    if (length < kTreePad * block.quads) pairs_.push_back(tree.dofs());
+    block.is_padded = length < kTreePad * block.quads;
+    if (block.is_padded) pairs_.push_back(tree.dofs());
 }
 
 bool TreeContacts::gather(const JointTree& tree, const ContactPool& contacts, BlockRange range, int body_begin, int dynamic_end) {
     const auto node = [&](int body) { return body >= body_begin && body < dynamic_end ? tree.node_of(body) : -1; };
     parts_.clear();
     pairs_.clear();
-    blocks_.resize(range.end - range.begin);
-    nodes_.resize(2 * blocks_.size());
+    count_ = range.end - range.begin;
+    if (static_cast<int>(blocks_.size()) < count_) {
+        blocks_.resize(count_);
+        nodes_.resize(2 * count_);
+    }
     int values = 0, rows = 0, longest = 0;
     for (int k = range.begin; k < range.end; ++k) {
         const ContactBlock& block = contacts.blocks[k];
@@ -74,8 +78,8 @@ bool TreeContacts::gather(const JointTree& tree, const ContactPool& contacts, Bl
         rows += own_rows;
     }
     if (values > kMostLength * rows) return false;
-    rows_.resize(rows);
-    values_.assign(values, 0);
+    if (static_cast<int>(rows_.size()) < rows) rows_.resize(rows);
+    if (static_cast<int>(values_.size()) < values) values_.resize(values);
     scratch_.resize(longest);
     z_.assign(tree.dofs() + 2, 0);
     return true;
@@ -141,7 +145,7 @@ void TreeContacts::begin_velocities(const ContactPool& contacts, BlockRange rang
 }
 
 Real TreeContacts::sweep(ContactPool& contacts, bool with_friction) {
-    return kernel_->sweep({blocks_.data(), static_cast<int>(blocks_.size()), pairs_.data(), values_.data(), rows_.data(),
+    return kernel_->sweep({blocks_.data(), count_, pairs_.data(), values_.data(), rows_.data(),
                            &contacts.impulse.data()->normal, z_.data(), scratch_.data()->lane},
                           with_friction);
 }

@@ -42,6 +42,7 @@ private:
     void add_way(const JointTree& tree, int a, int b, TreeBlock& block);
 
     const TreeKernel* kernel_;
+    int count_ = 0;  // of blocks; vectors keep their size
     std::vector<TreePart> parts_;
     std::vector<TreeBlock> blocks_;  // of the range
     std::vector<int> nodes_;         // two a block: of its bodies, −1: does not move, or moves as it will

@@ -30,6 +30,7 @@ struct TreeBlock {
     int point = 0;   // first of its points in the pool
     int count = 0;
     bool has_friction = false;
+    bool is_padded = false;  // its last pair stands for nothing
 };
 
 struct TreeRow {

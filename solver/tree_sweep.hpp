@@ -37,6 +37,8 @@ CAIRN_WIDE_INLINE void pass(const TreePart& part, TreeForce& F, V4& norm, double
         out[stride] = y[d][1];
         out[2 * stride] = y[d][2];
     }
+    if (K % 2 == 1)
+        for (int r = 0; r < rows; ++r) values[r * stride + part.at + K] = 0;
     if (part.is_top) return;
     for (int d = 0; d < K; ++d)
         for (int i = 0; i < 6; ++i) F.f[i] -= part.U[6 * d + i] * y[d];
@@ -70,6 +72,7 @@ static void build_tree_point(const TreeBlock& block, const TreePart* parts, cons
                 pass<6, true>(part, own, norm, values, stride, count);
         }
     }
+    for (int r = 0; r < count && block.is_padded; ++r) values[r * stride + stride - 2] = values[r * stride + stride - 1] = 0;
     for (int r = 0; r < count; ++r) {
         rows[r].inv_mass = norm[r] + point.softness[r];
         rows[r].mass = 1 / rows[r].inv_mass;
