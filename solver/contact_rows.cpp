@@ -113,7 +113,8 @@ void warm_start(ContactPool& pool, BlockRange range, SolverBodies& bodies, Norma
     }
 }
 
-inline void set_point_row(PointRow& row, const Vec3& direction, const Vec3& r_a, const Vec3& r_b, const BodyMotion& a, const BodyMotion& b) {
+inline void set_point_row(PointRow& row, const Vec3& direction, const Vec3& r_a, const Vec3& r_b, const BodyMotion& a,
+                          const BodyMotion& b) {
     Real s = a.inv_mass + b.inv_mass;
     row.ang_a = r_a.cross(direction);
     row.ang_b = r_b.cross(direction);

@@ -225,8 +225,8 @@ inline VecN<5> joint_curvature<JointKind::kHinge>(const JointGeometry& g, const 
 }
 
 template <>
-inline VecN<5> joint_curvature<JointKind::kSlider>(const JointGeometry& g, const JointPose& a, const JointPose& b,
-                                                   const JointVelocity& u_a, const JointVelocity& u_b) {
+inline VecN<5> joint_curvature<JointKind::kSlider>(const JointGeometry& g, const JointPose& a, const JointPose& b, const JointVelocity& u_a,
+                                                   const JointVelocity& u_b) {
     const Mat3 E = a.R * g.frame_A, F = b.R * g.frame_B;
     const Vec3 d = joint_geometry::separation(g, a, b), d1 = joint_geometry::separation_rate(g, a, b, u_a, u_b);
     const Vec3 d2 = joint_geometry::centripetal(g, a, b, u_a.w, u_b.w);

@@ -225,8 +225,8 @@ void JointTree::build(const JointPool& pool, const JointRanges& ranges, const So
     }
     for_each_listed_joint(pool, ranges, [&](auto kind, const auto& j, int i) {
         Node& n = nodes_[node_of_joint_[i]];
-        place_joint<decltype(kind)::value>(j.geometry, bodies.motion[j.a], bodies.motion[j.b], n.side,
-                                           bodies.motion[nodes_[n.root].body].x, n.S.data());
+        place_joint<decltype(kind)::value>(j.geometry, bodies.motion[j.a], bodies.motion[j.b], n.side, bodies.motion[nodes_[n.root].body].x,
+                                           n.S.data());
     });
     for (std::size_t i = nodes_.size(); i-- > 0;) {
         Node& n = nodes_[i];

@@ -13,8 +13,9 @@
 //     ỹ_j = S̃_jᵀ f,  f ← f − Ũ_j ỹ_j,  on to the parent,
 // which is all that contact rows need (solver/tree_contacts.hpp). D is never singular: every joint of a tree is independent of the others.
 //
-// The joints' own impulses are what the momenta below a joint have changed by that nothing else explains: λ_j = T_jᵀ f_j, where T_j (6 × rows)
-// are motions with G T = 1; c_j = T_j r as well. All in World; units and signs of rows as in solver/joint_rows.hpp. Internal to solver/mixed.
+// The joints' own impulses are what the momenta below a joint have changed by that nothing else explains: λ_j = T_jᵀ f_j, where T_j (6 ×
+// rows) are motions with G T = 1; c_j = T_j r as well. All in World; units and signs of rows as in solver/joint_rows.hpp. Internal to
+// solver/mixed.
 #pragma once
 
 #include "solver/rattle_rows.hpp"
@@ -37,9 +38,9 @@ public:
         int body = 0;
         int parent = -1;
         int root = 0;
-        int joint = -1;  // in the list, −1: a root that moves freely
-        int side = 0;    // of the joint that the body is
-        int row = 0;     // first of the joint's
+        int joint = -1;         // in the list, −1: a root that moves freely
+        int side = 0;           // of the joint that the body is
+        int row = 0;            // first of the joint's
         int base = kImmovable;  // of a root with a joint: what it hangs from
         int dofs = 6;
         int z = 0;  // first of its z, even

@@ -46,16 +46,17 @@ void TreeStep::follow_turn() {
     turned_ = 0;
 }
 
-// What the drift adds to the linear prediction of C is −h/2 C̈ to second order. Returns how far the joints would miss if this were left as it
-// was [m].
+// What the drift adds to the linear prediction of C is −h/2 C̈ to second order. Returns how far the joints would miss if this were left as
+// it was [m].
 Real TreeStep::predict_bias() {
     const auto velocity_of = [&](int i) -> JointVelocity { return {bodies_.velocity[i].v, bodies_.velocity[i].w}; };
     Real largest = 0;
     for_each_listed_joint(joints_, island_.joints, [&](auto kind, const auto& j, int i) {
         constexpr JointKind K = decltype(kind)::value;
         constexpr int N = joint_rows(K);
-        const VecN<N> b = -0.5 * h_ * joint_curvature<K>(j.geometry, pose_of(bodies_.motion[j.a]), pose_of(bodies_.motion[j.b]),
-                                                         velocity_of(j.a), velocity_of(j.b));
+        const VecN<N> b =
+            -0.5 * h_ *
+            joint_curvature<K>(j.geometry, pose_of(bodies_.motion[j.a]), pose_of(bodies_.motion[j.b]), velocity_of(j.a), velocity_of(j.b));
         const int row = ws_.rows.list()[i].first;
         for (int r = 0; r < N; ++r) {
             ws_.residual[row + r] = b[r] - ws_.bias[row + r];

@@ -27,7 +27,6 @@ private:
     bool push();
     bool shake(Real near);
     void second_solve();
-
 };
 
 }  // namespace cairn

@@ -34,8 +34,7 @@ void TreeContacts::add_way(const JointTree& tree, int a, int b, TreeBlock& block
         const bool meets = ends[0] == ends[1];
         const int side = ends[0] >= ends[1] ? 0 : 1;
         const JointTree::Node& n = tree.nodes()[ends[side]];
-        if (n.dofs > 0 || meets)
-            parts_.push_back({n.S.data(), n.U.data(), n.dofs, length, side, meets, n.parent < 0});
+        if (n.dofs > 0 || meets) parts_.push_back({n.S.data(), n.U.data(), n.dofs, length, side, meets, n.parent < 0});
         for (int d = 0; d < n.dofs; d += 2) pairs_.push_back(n.z + d);
         length += (n.dofs + 1) / 2 * 2;
         ends[side] = n.parent;
@@ -145,8 +144,8 @@ void TreeContacts::begin_velocities(const ContactPool& contacts, BlockRange rang
 }
 
 Real TreeContacts::sweep(ContactPool& contacts, bool with_friction) {
-    return kernel_->sweep({blocks_.data(), count_, pairs_.data(), values_.data(), rows_.data(),
-                           &contacts.impulse.data()->normal, z_.data(), scratch_.data()->lane},
+    return kernel_->sweep({blocks_.data(), count_, pairs_.data(), values_.data(), rows_.data(), &contacts.impulse.data()->normal, z_.data(),
+                           scratch_.data()->lane},
                           with_friction);
 }
 

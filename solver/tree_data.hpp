@@ -12,10 +12,10 @@ struct TreePart {
     const double* S = nullptr;  // S̃ and Ũ of solver/joint_tree.hpp: six rows, columns one after another
     const double* U = nullptr;
     int dofs = 0;
-    int at = 0;               // of its numbers in a row
-    int side = 0;             // whose impulse goes this way, of both from where they meet
+    int at = 0;    // of its numbers in a row
+    int side = 0;  // whose impulse goes this way, of both from where they meet
     bool meets = false;
-    bool is_top = false;      // nothing follows on this side
+    bool is_top = false;  // nothing follows on this side
 };
 
 struct TreeBlock {

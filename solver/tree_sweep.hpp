@@ -24,13 +24,14 @@ CAIRN_WIDE_INLINE TreeForce force_at(const double* arm, const Vec& direction, co
 
 // ỹ of one node into the rows, and what is left of the force for the next.
 template <int K, bool Triangle = false>
-CAIRN_WIDE_INLINE void pass(const TreePart& part, TreeForce& F, V4& norm, double* values, int stride, int rows) {
+CAIRN_WIDE_INLINE void pass(const TreePart& part, TreeForce& F, V4& norm, double& across, double* values, int stride, int rows) {
     V4 y[K];
     for (int d = 0; d < K; ++d) {
         const double* S = part.S + 6 * d;
         y[d] = S[0] * F.f[0];
         for (int i = 1; i < (Triangle ? d + 1 : 6); ++i) y[d] += S[i] * F.f[i];
         norm += y[d] * y[d];
+        across += y[d][1] * y[d][2];
         double* out = values + part.at + d;
         out[0] = y[d][0];
         if (rows == 1) continue;
@@ -51,6 +52,7 @@ static void build_tree_point(const TreeBlock& block, const TreePart* parts, cons
     if (block.arm_a) F[0] = force_at(block.arm_a, direction, lanes_of(point.ang_a), all(1));
     if (block.arm_b) F[1] = force_at(block.arm_b, direction, lanes_of(point.ang_b), all(-1));
     V4 norm = all(0);
+    double across = 0;
     for (int p = block.part_begin; p < block.part_end; ++p) {
         const TreePart& part = parts[p];
         TreeForce& own = F[part.side];
@@ -60,21 +62,25 @@ static void build_tree_point(const TreeBlock& block, const TreePart* parts, cons
             case 0:
                 break;
             case 1:
-                pass<1>(part, own, norm, values, stride, count);
+                pass<1>(part, own, norm, across, values, stride, count);
                 break;
             case 3:
-                pass<3>(part, own, norm, values, stride, count);
+                pass<3>(part, own, norm, across, values, stride, count);
                 break;
             case 5:
-                pass<5>(part, own, norm, values, stride, count);
+                pass<5>(part, own, norm, across, values, stride, count);
                 break;
             default:  // a body that moves freely
-                pass<6, true>(part, own, norm, values, stride, count);
+                pass<6, true>(part, own, norm, across, values, stride, count);
         }
     }
     for (int r = 0; r < count && block.is_padded; ++r) values[r * stride + stride - 2] = values[r * stride + stride - 1] = 0;
+    // Joints may leave both tangents the same way to go; two rows that are solved side by side would then go it
+    // twice, and back. Up to a correlation of ½ they meet without help.
+    const double least = norm[1] < norm[2] ? norm[1] : norm[2], twice = 2 * (across < 0 ? -across : across);
+    const double shared = twice > least ? twice - least : 0;
     for (int r = 0; r < count; ++r) {
-        rows[r].inv_mass = norm[r] + point.softness[r];
+        rows[r].inv_mass = norm[r] + point.softness[r] + (r > 0 ? shared : 0);
         rows[r].mass = 1 / rows[r].inv_mass;
     }
 }
