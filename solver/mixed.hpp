@@ -16,6 +16,8 @@
 // end of the push SHAKE's iteration (Ryckaert, Ciccotti and Berendsen 1977) on the same factor meets the joints at the end pose, so their
 // error does not depend on how many sweeps the contacts got. What it moves leaves no velocity. Sources: Andersen 1983 (RATTLE); Baraff 1996
 // (joints eliminated in linear time inside a solve of contacts); the composition is ours.
+// Where joints make a forest all of it is done in the coordinates that they leave free (solver/joint_tree.hpp, solver/mixed_tree.hpp): the
+// same equations, without A. Loops, joints that are apart, and contacts too far from their roots take the factor.
 #pragma once
 
 #include "solver/si.hpp"

@@ -8,6 +8,7 @@ JointMotion joint_motion(const SolverBodies& bodies, const JointPool& joints, co
                          const Real* forces, Real size, std::vector<Real>& stiffness) {
     const int first = island.body_begin;
     std::fill(stiffness.begin(), stiffness.end(), 0.0);
+    bool is_held = false;  // by what does not move, or moves as it will
     for_each_listed_joint(joints, island.joints, [&](auto kind, const auto& j, int index) {
         constexpr JointKind K = decltype(kind)::value;
         const JointRow& row = rows.list()[index];
@@ -15,6 +16,7 @@ JointMotion joint_motion(const SolverBodies& bodies, const JointPool& joints, co
         const BodyMotion &a = bodies.motion[j.a], &b = bodies.motion[j.b];
         const Real f = joint_force<K>(j.geometry, {a.x, a.R}, {b.x, b.R}, Eigen::Map<const VecN<joint_rows(K)>>(forces + row.first)).norm();
         for (int side = 0; side < 2; ++side) {
+            is_held |= !row.moves[side];
             if (!row.moves[side]) continue;
             const BodyMotion& m = bodies.motion[row.body[side]];
             const Vec3 arm = m.R * anchors[side];
@@ -24,13 +26,15 @@ JointMotion joint_motion(const SolverBodies& bodies, const JointPool& joints, co
             if constexpr (K == JointKind::kDistance) k += f * m.inv_mass / j.geometry.length;
         }
     });
+    // Flying all together takes nothing to resolve.
+    const Vec3 common = is_held ? Vec3(Vec3::Zero()) : bodies.velocity[first].v;
     Real tension2 = 0, spin2 = 0, rate2 = 0, speed = 0;
     for (int i = first; i < island.dynamic_end; ++i) {
         const Real t = 0.25 * stiffness[i - first], w = bodies.velocity[i].w.squaredNorm();
         tension2 = std::max(tension2, t);
         spin2 = std::max(spin2, w);
         rate2 = std::max(rate2, t + w);
-        speed = std::max(speed, bodies.velocity[i].v.norm() + size * std::sqrt(w));
+        speed = std::max(speed, (bodies.velocity[i].v - common).norm() + size * std::sqrt(w));
     }
     return {std::sqrt(tension2), std::sqrt(spin2), std::sqrt(rate2), speed};
 }

@@ -9,7 +9,7 @@ struct JointMotion {
     Real tension = 0;  // [rad/s], half the fastest frequency that joint forces give
     Real spin = 0;     // [rad/s], largest ‖w‖
     Real rate = 0;     // [rad/s], Ω of solver/rattle.hpp
-    Real speed = 0;    // [m/s], largest of ‖v‖ + size ‖w‖
+    Real speed = 0;    // [m/s], largest of ‖v‖ + size ‖w‖; where nothing holds the island, v beside its first body's
 };
 
 // `forces` by row [N, N m]; `size`: an arm [m]. `rows` need not be built. `stiffness` is scratch, by body of the island.
