@@ -65,7 +65,7 @@ private:
     Real size_ = 0;        // [m], largest arm
     Real rounding_ = 0;    // [m], of a position
     Real min_mass_ = 0;    // [kg]
-    Real moved_ = 0;       // [m], by the bodies in the last drift, summed, at most
+    Real moved_ = 0;       // [m], by the bodies in the last drift beside each other, summed, at most
     Real tolerance_ = 0;   // [m], of SHAKE
     Real previous_h_ = 0;  // [s], of the stage that left ws_.previous
 };
@@ -286,10 +286,12 @@ bool Integrator::shake(Real h) {
 
 void Integrator::finish_drift(Real h) {
     moved_ = 0;
+    // Rows do not change where all fly together.
+    const Vec3 common = common_velocity(bodies_, island_, ws_.rows);
     for (int i = first(); i < island_.dynamic_end; ++i) {
         BodyMotion& m = motion(i);
         bodies_.velocity[i].w = ws_.start[i - first()].w_end;
-        moved_ += std::abs(h) * (bodies_.velocity[i].v.cwiseAbs().sum() + size_ * bodies_.velocity[i].w.cwiseAbs().sum());
+        moved_ += std::abs(h) * ((bodies_.velocity[i].v - common).cwiseAbs().sum() + size_ * bodies_.velocity[i].w.cwiseAbs().sum());
         if (m.rotor.kind != InertiaKind::kSpherical) m.inv_inertia_W = m.R * m.inv_inertia_B * m.R.transpose();
     }
 }

@@ -4,11 +4,16 @@
 
 namespace cairn {
 
+Vec3 common_velocity(const SolverBodies& bodies, const SiIsland& island, const JointRowList& rows) {
+    for (const JointRow& row : rows.list())
+        if (!row.moves[0] || !row.moves[1]) return Vec3::Zero();
+    return bodies.velocity[island.body_begin].v;
+}
+
 JointMotion joint_motion(const SolverBodies& bodies, const JointPool& joints, const SiIsland& island, const JointRowList& rows,
                          const Real* forces, Real size, std::vector<Real>& stiffness) {
     const int first = island.body_begin;
     std::fill(stiffness.begin(), stiffness.end(), 0.0);
-    bool is_held = false;  // by what does not move, or moves as it will
     for_each_listed_joint(joints, island.joints, [&](auto kind, const auto& j, int index) {
         constexpr JointKind K = decltype(kind)::value;
         const JointRow& row = rows.list()[index];
@@ -16,7 +21,6 @@ JointMotion joint_motion(const SolverBodies& bodies, const JointPool& joints, co
         const BodyMotion &a = bodies.motion[j.a], &b = bodies.motion[j.b];
         const Real f = joint_force<K>(j.geometry, {a.x, a.R}, {b.x, b.R}, Eigen::Map<const VecN<joint_rows(K)>>(forces + row.first)).norm();
         for (int side = 0; side < 2; ++side) {
-            is_held |= !row.moves[side];
             if (!row.moves[side]) continue;
             const BodyMotion& m = bodies.motion[row.body[side]];
             const Vec3 arm = m.R * anchors[side];
@@ -26,8 +30,7 @@ JointMotion joint_motion(const SolverBodies& bodies, const JointPool& joints, co
             if constexpr (K == JointKind::kDistance) k += f * m.inv_mass / j.geometry.length;
         }
     });
-    // Flying all together takes nothing to resolve.
-    const Vec3 common = is_held ? Vec3(Vec3::Zero()) : bodies.velocity[first].v;
+    const Vec3 common = common_velocity(bodies, island, rows);  // flying all together takes nothing to resolve
     Real tension2 = 0, spin2 = 0, rate2 = 0, speed = 0;
     for (int i = first; i < island.dynamic_end; ++i) {
         const Real t = 0.25 * stiffness[i - first], w = bodies.velocity[i].w.squaredNorm();

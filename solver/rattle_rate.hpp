@@ -9,8 +9,11 @@ struct JointMotion {
     Real tension = 0;  // [rad/s], half the fastest frequency that joint forces give
     Real spin = 0;     // [rad/s], largest ‖w‖
     Real rate = 0;     // [rad/s], Ω of solver/rattle.hpp
-    Real speed = 0;    // [m/s], largest of ‖v‖ + size ‖w‖; where nothing holds the island, v beside its first body's
+    Real speed = 0;    // [m/s], largest of ‖v‖ + size ‖w‖; v beside common_velocity()
 };
+
+// The velocity of an island's first body; 0 where the island hangs from what does not move, or moves as it will.
+Vec3 common_velocity(const SolverBodies& bodies, const SiIsland& island, const JointRowList& rows);
 
 // `forces` by row [N, N m]; `size`: an arm [m]. `rows` need not be built. `stiffness` is scratch, by body of the island.
 JointMotion joint_motion(const SolverBodies& bodies, const JointPool& joints, const SiIsland& island, const JointRowList& rows,
