@@ -133,6 +133,7 @@ bool solve_directly(WorldData& world, IslandWorkspace& work, const SiIsland& isl
     DirectSettings settings;
     settings.substeps = plan.substeps;
     settings.most_factorisations = plan.most_factorisations;
+    if (work.team != nullptr && work.team->size() <= BlockCholesky::kMostWorkers) settings.team = work.team;
     if (world.settings.solver == SolverChoice::kDirect) settings.rescue_sweeps = 10;
     const DirectReport solved = solve_island_direct(work.solver_bodies, work.contact_pool, island, dt, settings, plan.direct->cache,
                                                     begin_probe(world, work, island));

@@ -33,10 +33,13 @@ double estimate_time(const WorldData& world, const StepReport& report) {
     return 1e-6 * world.contacts_updated + 1e-6 * report.joint_rows + 5e-8 * report.free_bodies;
 }
 
-// Whether the step is worth the start of workers. It will be about as long as the last one.
+// Whether the step is worth the start of workers. It will be about as long as the last one; of the first, the bodies tell.
 bool wants_team(const WorldData& world) {
-    constexpr double kFewTimes = 4;
-    return world.tasks != nullptr && world.tasks->workers() > 1 && world.last_work >= kFewTimes * world.tasks->start_time();
+    constexpr double kFewTimes = 4, kBodyTime = 1e-6;  // [s]
+    if (world.tasks == nullptr || world.tasks->workers() <= 1) return false;
+    const bool is_first = world.last_dt == 0;
+    const double work = is_first ? kBodyTime * static_cast<double>(world.bodies.size()) : world.last_work;
+    return work >= kFewTimes * world.tasks->start_time();
 }
 
 }  // namespace

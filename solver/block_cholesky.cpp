@@ -18,7 +18,7 @@
 namespace cairn {
 namespace {
 
-constexpr int kMostColumns = 8;  // of a supernode: what they take from one column is to stay in the first cache
+constexpr int kMostOfSupernode = 8;  // of a supernode: what they take from one column is to stay in the first cache
 
 // c −= a bᵀ, all 6 × 6 column-major.
 inline void subtract_product(Real* c, const Real* a, const Real* b) {
@@ -102,7 +102,8 @@ void BlockCholesky::analyse(int n, const std::vector<std::pair<int, int>>& pairs
     }
     values_.resize(36 * rows_.size());
     local_.assign(static_cast<std::size_t>(n), 0);
-    work_.resize(static_cast<std::size_t>(n));
+    for (std::vector<Vec6>& work : work_) work.clear();
+    work_[0].resize(static_cast<std::size_t>(n));
 }
 
 // The rows of a column of L: those of H and those of its children in the elimination tree. `below` has H's.
@@ -137,7 +138,7 @@ void BlockCholesky::find_supernodes() {
     supernode_.clear();
     for (int k = 0; k < n_; ++k) {
         const bool goes_on = k > 0 && length(k - 1) == length(k) + 1 && rows_[start_[k - 1] + 1] == k;
-        if (!goes_on || k - supernode_.back() >= kMostColumns) supernode_.push_back(k);
+        if (!goes_on || k - supernode_.back() >= kMostOfSupernode) supernode_.push_back(k);
     }
     supernode_.push_back(n_);
     const int supernodes = static_cast<int>(supernode_.size()) - 1;
@@ -158,27 +159,34 @@ void BlockCholesky::find_supernodes() {
     for (int s = 0; s < supernodes; ++s) entry_start_[s + 1] += entry_start_[s];
     entries_.resize(static_cast<std::size_t>(entry_start_[supernodes]));
     std::vector<int> next(entry_start_.begin(), entry_start_.end() - 1);
-    for_each_entry([&](int s, const RowEntry& entry) { entries_[next[s]++] = entry; });
+    taken_.assign(static_cast<std::size_t>(supernodes), 0);
+    for_each_entry([&](int s, const RowEntry& entry) {
+        entries_[next[s]++] = entry;
+        taken_[s] += static_cast<std::int64_t>(entry.count) * (start_[entry.column + 1] - entry.place);
+    });
 }
 
 void BlockCholesky::set_zero() {
     std::fill(values_.begin(), values_.end(), 0.0);
 }
 
-// The products of earlier columns, in the order of these.
-CAIRN_WIDE void BlockCholesky::take_from_before(int supernode) {
-    const int first = supernode_[supernode];
-    for (int p = start_[first]; p < start_[first + 1]; ++p) local_[rows_[p]] = p - start_[first];
+// The products of earlier columns, in the order of these, for the rows [begin, end) of the supernode, by number.
+CAIRN_WIDE void BlockCholesky::take_from_before(int supernode, int begin, int end) {
+    const int first = supernode_[supernode], last_row = rows_[start_[first] + end - 1];
     for (int e = entry_start_[supernode]; e < entry_start_[supernode + 1]; ++e) {
         const RowEntry entry = entries_[e];
-        const Real* blocks[kMostColumns];
-        std::int64_t column[kMostColumns];  // where a row's block is, less the row's number
+        const int column_end = start_[entry.column + 1];
+        const Real* blocks[kMostOfSupernode];
+        std::int64_t column[kMostOfSupernode];  // where a row's block is, less the row's number
         for (int q = 0; q < entry.count; ++q) {
             const int j = rows_[entry.place + q];
             blocks[q] = values_.data() + 36 * static_cast<std::int64_t>(entry.place + q);
             column[q] = start_[j] - (j - first);
         }
-        for (int p = entry.place; p < start_[entry.column + 1]; ++p) {
+        int p = entry.place;
+        if (begin > 0)
+            p = static_cast<int>(std::lower_bound(&rows_[p], rows_.data() + column_end, rows_[start_[first] + begin]) - rows_.data());
+        for (; p < column_end && rows_[p] <= last_row; ++p) {
             const Real* const L_ik = values_.data() + 36 * static_cast<std::int64_t>(p);
             const int row = local_[rows_[p]], count = std::min(entry.count, p - entry.place + 1);
             for (int q = 0; q < count; ++q) subtract_product(values_.data() + 36 * (column[q] + row), L_ik, blocks[q]);
@@ -207,27 +215,40 @@ CAIRN_WIDE bool BlockCholesky::finish_columns(int supernode) {
     return true;
 }
 
-bool BlockCholesky::factorise() {
+bool BlockCholesky::factorise(Team* team) {
+    constexpr std::int64_t kWorthSharing = 500;  // products: some 20 µs
+    constexpr std::size_t kPieces = 8;
     for (std::size_t s = 0; s + 1 < supernode_.size(); ++s) {
-        take_from_before(static_cast<int>(s));
-        if (!finish_columns(static_cast<int>(s))) return false;
+        const int first = supernode_[s], supernode = static_cast<int>(s), rows = start_[first + 1] - start_[first];
+        for (int p = start_[first]; p < start_[first + 1]; ++p) local_[rows_[p]] = p - start_[first];
+        if (team != nullptr && taken_[s] >= kWorthSharing) {
+            const std::size_t piece = (static_cast<std::size_t>(rows) + kPieces - 1) / kPieces;
+            team->for_pieces(static_cast<std::size_t>(rows), piece, [&](std::size_t begin, std::size_t end, int) {
+                take_from_before(supernode, static_cast<int>(begin), static_cast<int>(end));
+            });
+        } else {
+            take_from_before(supernode, 0, rows);
+        }
+        if (!finish_columns(supernode)) return false;
     }
     return true;
 }
 
-void BlockCholesky::solve(std::vector<Vec6>& x) const {
-    for (int k = 0; k < n_; ++k) work_[k] = x[order_[k]];
+void BlockCholesky::solve(std::vector<Vec6>& x, int worker) const {
+    std::vector<Vec6>& work = work_[static_cast<std::size_t>(worker)];
+    work.resize(static_cast<std::size_t>(n_));
+    for (int k = 0; k < n_; ++k) work[k] = x[order_[k]];
     for (int k = 0; k < n_; ++k) {
-        const Vec6 y = block(start_[k]).triangularView<Eigen::Lower>() * work_[k];
-        work_[k] = y;
-        for (int p = start_[k] + 1; p < start_[k + 1]; ++p) work_[rows_[p]].noalias() -= block(p) * y;
+        const Vec6 y = block(start_[k]).triangularView<Eigen::Lower>() * work[k];
+        work[k] = y;
+        for (int p = start_[k] + 1; p < start_[k + 1]; ++p) work[rows_[p]].noalias() -= block(p) * y;
     }
     for (int k = n_ - 1; k >= 0; --k) {
-        Vec6 y = work_[k];
-        for (int p = start_[k] + 1; p < start_[k + 1]; ++p) y.noalias() -= block(p).transpose() * work_[rows_[p]];
-        work_[k] = block(start_[k]).transpose() * y;
+        Vec6 y = work[k];
+        for (int p = start_[k] + 1; p < start_[k + 1]; ++p) y.noalias() -= block(p).transpose() * work[rows_[p]];
+        work[k] = block(start_[k]).transpose() * y;
     }
-    for (int k = 0; k < n_; ++k) x[order_[k]] = work_[k];
+    for (int k = 0; k < n_; ++k) x[order_[k]] = work[k];
 }
 
 }  // namespace cairn

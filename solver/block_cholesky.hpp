@@ -6,7 +6,9 @@
 #pragma once
 
 #include "engine/base/math.hpp"
+#include "engine/base/team.hpp"
 
+#include <array>
 #include <cstdint>
 #include <utility>
 #include <vector>
@@ -41,11 +43,12 @@ public:
     // Of H before `factorise`, of L after it.
     const std::vector<Real>& values() const { return values_; }
 
-    // False if a pivot is not positive or not finite; H is lost then.
-    bool factorise();
+    // False if a pivot is not positive or not finite; H is lost then. With a team, columns are shared out by rows: the result is the same.
+    bool factorise(Team* team = nullptr);
 
-    // x ← H⁻¹ x; x has size n.
-    void solve(std::vector<Vec6>& x) const;
+    // x ← H⁻¹ x; x has size n. `worker`: that of a team, where several solve side by side, each an x of its own; below kMostWorkers.
+    void solve(std::vector<Vec6>& x, int worker = 0) const;
+    static constexpr int kMostWorkers = 16;
 
 private:
     using Block = Eigen::Map<Mat6>;
@@ -54,7 +57,7 @@ private:
     ConstBlock block(std::int64_t k) const { return ConstBlock(values_.data() + 36 * k); }
     void find_structure(const std::vector<std::vector<int>>& below);
     void find_supernodes();
-    void take_from_before(int supernode);
+    void take_from_before(int supernode, int begin, int end);
     bool finish_columns(int supernode);
 
     // Blocks of L left of a supernode in its rows: their column, the first one's place, and how many there are.
@@ -72,13 +75,14 @@ private:
     std::vector<int> rows_;       // row of each block of L, ascending in a column
     std::vector<int> supernode_;  // first column of each, and n
     std::vector<int> entry_start_;
-    std::vector<RowEntry> entries_;  // of each supernode, by column
-    std::vector<int> diagonal_;      // body → place of its diagonal block
-    std::vector<int> place_;         // pair → place of its block
+    std::vector<RowEntry> entries_;    // of each supernode, by column
+    std::vector<std::int64_t> taken_;  // products of each supernode with earlier columns
+    std::vector<int> diagonal_;        // body → place of its diagonal block
+    std::vector<int> place_;           // pair → place of its block
     std::vector<char> transposed_;
     std::vector<Real> values_;  // 36 per block, column-major; of the diagonal blocks the inverse of L_kk after factorise
     std::vector<int> local_;    // row → its number among those of the supernode that is being made
-    mutable std::vector<Vec6> work_;
+    mutable std::array<std::vector<Vec6>, kMostWorkers> work_;  // by worker
 };
 
 }  // namespace cairn

@@ -32,6 +32,7 @@ struct DirectSettings {
     Real weight = 1e6;                  // D in units of a row's effective mass
     Real contact_push = 0.1;            // share of a penetration that a substep takes back
     Real rebuild_angle = 1e-3;          // [rad], as SiSettings
+    Team* team = nullptr;               // that solves it together; the result is the same
     int rescue_sweeps = 0;              // of sequential impulses over a solve that did not converge; 0: the step is taken back instead
 };
 

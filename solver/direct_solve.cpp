@@ -107,7 +107,7 @@ private:
         ++report_.factorisations;
         fresh_ = true;
         note_active_set(cache_.factored_active);
-        cache_.has_factor = factor.factorise();
+        cache_.has_factor = factor.factorise(settings_.team);
         return cache_.has_factor;
     }
 
@@ -150,20 +150,25 @@ private:
     //     x = H⁻¹ g,  Z = H⁻¹ Uᵀ,  step = x − Z (C⁻¹ + U Z)⁻¹ U x.
     void solve_changed() {
         const int n = static_cast<int>(s_.changes.size());
-        cache_.factor.solve(s_.step);
-        if (n == 0) return;
-        SmallMatrix S(n, n);
-        SmallVector y(n);
-        for (int j = 0; j < n; ++j) {
+        if (n == 0) return cache_.factor.solve(s_.step);
+        const auto solve_column = [&](int j, int worker) {
+            if (j == n) return cache_.factor.solve(s_.step, worker);
             const DirectChange& change = s_.changes[j];
             std::vector<Vec6>& z = s_.spread[j];
             z.assign(static_cast<std::size_t>(count()), Vec6::Zero());
             if (change.a >= 0) z[change.a] = change.g_a;
             if (change.b >= 0) z[change.b] = change.g_b;
-            cache_.factor.solve(z);
-            for (int i = 0; i < n; ++i) S(i, j) = along(s_.changes[i], z);
-            S(j, j) += 1 / change.weight;
-            y[j] = along(change, s_.step);
+            cache_.factor.solve(z, worker);
+        };
+        for_pieces(settings_.team, static_cast<std::size_t>(n) + 1, 1, [&](std::size_t begin, std::size_t end, int worker) {
+            for (std::size_t j = begin; j < end; ++j) solve_column(static_cast<int>(j), worker);
+        });
+        SmallMatrix S(n, n);
+        SmallVector y(n);
+        for (int j = 0; j < n; ++j) {
+            for (int i = 0; i < n; ++i) S(i, j) = along(s_.changes[i], s_.spread[j]);
+            S(j, j) += 1 / s_.changes[j].weight;
+            y[j] = along(s_.changes[j], s_.step);
         }
         const SmallVector share = Eigen::PartialPivLU<SmallMatrix>(S).solve(y);
         for (int j = 0; j < n; ++j)
