@@ -49,15 +49,11 @@ int hull_face_index(const ConvexHull& hull, const Vec3& d_S) {
 
 // Among the faces that hold a vertex farthest along d.
 int hull_lowest_face_index(const ConvexHull& hull, const Vec3& d_S) {
-    const int vertex = hull.support(d_S);
     int best = -1;
     Real farthest = 0;
-    for (int i = 0; i < static_cast<int>(hull.faces().size()); ++i) {
-        const ConvexHull::Face& f = hull.faces()[i];
-        const Real x = d_S.dot(f.normal);
-        if (best >= 0 && x <= farthest) continue;
-        const int* loop = hull.loop().data() + f.first;
-        if (std::find(loop, loop + f.count, vertex) != loop + f.count) best = i, farthest = x;
+    for (const int i : hull.faces_of(hull.support(d_S))) {
+        const Real x = d_S.dot(hull.faces()[i].normal);
+        if (best < 0 || x > farthest) best = i, farthest = x;
     }
     return best;
 }
@@ -281,6 +277,14 @@ bool lowest_face(const PlacedShape& s, const Vec3& d, Face& face) {
     if (s.shape->type != ShapeType::kHull) return face_towards(s, d, face);
     hull_face(s, hull_lowest_face_index(*s.shape->hull, s.X_WS.R.transpose() * d), face);
     return true;
+}
+
+int lowest_face_index(const PlacedShape& s, const Vec3& d) {
+    if (s.shape->type == ShapeType::kHull) return hull_lowest_face_index(*s.shape->hull, s.X_WS.R.transpose() * d);
+    if (s.shape->type != ShapeType::kBox) return -1;
+    bool positive = true;
+    const int k = box_axis(s, d, positive);
+    return 2 * k + (positive ? 0 : 1);
 }
 
 AxisSegment box_edge_against(const Transform& X, const Vec3& half_extents, const Vec3& n) {

@@ -46,6 +46,8 @@ bool face_towards(const PlacedShape& s, const Vec3& d, Face& face);
 // Likewise among the faces that hold the point farthest along d: the face that comes down on something. (The face nearest in direction may
 // lie beside that point: a small chamfer far away.)
 bool lowest_face(const PlacedShape& s, const Vec3& d, Face& face);
+// Its number; −1 for shapes that have none of fixed outline.
+int lowest_face_index(const PlacedShape& s, const Vec3& d);
 // The outward normal of face_towards alone.
 bool face_normal_towards(const PlacedShape& s, const Vec3& d, Vec3& normal);
 

@@ -246,10 +246,16 @@ void ConvexHull::find_neighbours() {
     for (const int i : loop_) ++neighbour_begin_[i + 1];
     for (std::size_t i = 0; i < vertices_.size(); ++i) neighbour_begin_[i + 1] += neighbour_begin_[i];
     neighbours_.resize(loop_.size());
+    faces_of_.resize(loop_.size());
     std::vector<int> fill = neighbour_begin_;
-    for (const Face& face : faces_)
-        for (int k = 0; k < face.count; ++k)
-            neighbours_[fill[loop_[face.first + k]]++] = loop_[face.first + (k + 1 == face.count ? 0 : k + 1)];
+    for (int f = 0; f < static_cast<int>(faces_.size()); ++f) {
+        const Face& face = faces_[f];
+        for (int k = 0; k < face.count; ++k) {
+            const int place = fill[loop_[face.first + k]]++;
+            neighbours_[place] = loop_[face.first + (k + 1 == face.count ? 0 : k + 1)];
+            faces_of_[place] = f;
+        }
+    }
 }
 
 int ConvexHull::support(const Vec3& d) const {

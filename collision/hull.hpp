@@ -30,6 +30,10 @@ public:
     std::span<const int> neighbours(int i) const {
         return {neighbours_.data() + neighbour_begin_[i], neighbours_.data() + neighbour_begin_[i + 1]};
     }
+    // The faces that hold vertex i, in ascending order.
+    std::span<const int> faces_of(int i) const {
+        return {faces_of_.data() + neighbour_begin_[i], faces_of_.data() + neighbour_begin_[i + 1]};
+    }
     const Vec3& centroid() const { return centroid_; }
     Real inner_radius() const { return inner_radius_; }  // of the largest centred (at the centroid) sphere inside
     Real outer_radius() const { return outer_radius_; }  // of the sphere about the shape's origin that holds all vertices
@@ -43,7 +47,7 @@ private:
     std::vector<Vec3> vertices_;
     std::vector<Face> faces_;
     std::vector<int> loop_;
-    std::vector<int> neighbours_, neighbour_begin_;  // of vertex i: those from neighbour_begin_[i] on
+    std::vector<int> neighbours_, faces_of_, neighbour_begin_;  // of vertex i: those from neighbour_begin_[i] on, as many of both
     Vec3 centroid_ = Vec3::Zero();
     Real inner_radius_ = 0;
     Real outer_radius_ = 0;

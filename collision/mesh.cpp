@@ -13,8 +13,9 @@ namespace cairn {
 namespace {
 
 constexpr int kLeafSize = 4;
-constexpr int kStackSize = 64;   // more than BoxSplitter's deepest tree
-constexpr Real kSliver = 1e-12;  // smallest area relative to the longest edge squared
+constexpr Real kOneNormal = 1e-5;  // [rad] between triangles of one plane
+constexpr Real kRidge = 2e-3;      // [rad] by which a convex edge must bend to be one
+constexpr Real kSliver = 1e-12;    // smallest area relative to the longest edge squared
 
 using Triangle = std::array<int, 3>;
 
@@ -86,6 +87,15 @@ std::vector<Triangle> find_neighbours(const std::vector<Vec3>& vertices, const s
     return neighbours;
 }
 
+using Bend = TriangleMesh::Bend;
+
+// Across an edge of a triangle with normal n, `along` it, to a neighbour with normal m.
+Bend bend_between(const Vec3& n, const Vec3& m, const Vec3& along) {
+    if ((m - n).squaredNorm() < kOneNormal * kOneNormal) return Bend::kNone;
+    const Real bend = n.cross(m).dot(along);  // positive: convex
+    return bend > kRidge || (n.dot(m) < 0 && bend > -kRidge) ? Bend::kRidge : Bend::kHollow;
+}
+
 Aabb triangle_box(const std::vector<Vec3>& vertices, const Triangle& t) {
     const Vec3 &a = vertices[t[0]], &b = vertices[t[1]], &c = vertices[t[2]];
     return {a.cwiseMin(b).cwiseMin(c), a.cwiseMax(b).cwiseMax(c)};
@@ -99,6 +109,14 @@ TriangleMesh::TriangleMesh(std::vector<Vec3> vertices, std::vector<std::array<in
     check_indices(triangles_, static_cast<int>(vertices_.size()));
     normals_ = unit_normals(vertices_, triangles_);
     neighbours_ = find_neighbours(vertices_, triangles_);
+    bends_.resize(triangles_.size());
+    for (std::size_t t = 0; t < triangles_.size(); ++t) {
+        for (int k = 0; k < 3; ++k) {
+            const int other = neighbours_[t][k];
+            const Vec3 along = (vertices_[triangles_[t][(k + 1) % 3]] - vertices_[triangles_[t][k]]).normalized();
+            bends_[t][k] = other < 0 ? Bend::kRidge : bend_between(normals_[t], normals_[other], along);
+        }
+    }
 
     std::vector<Aabb> boxes;
     boxes.reserve(triangles_.size());
@@ -130,28 +148,8 @@ TriangleMesh::TriangleMesh(std::vector<Vec3> vertices, std::vector<std::array<in
         tasks.push_back({task.first, middle, task.depth + 1, -1});
     }
     bounds_ = nodes_[0].box;
-}
-
-void TriangleMesh::query(const Aabb& box, std::vector<int>& out) const {
-    const std::ptrdiff_t begin = static_cast<std::ptrdiff_t>(out.size());
-    std::array<int, kStackSize> stack;
-    int size = 0;
-    stack[size++] = 0;
-    while (size > 0) {
-        const int index = stack[--size];
-        const Node& node = nodes_[index];
-        if (!node.box.overlaps(box)) continue;
-        if (node.count == 0) {
-            stack[size++] = node.right;
-            stack[size++] = index + 1;
-            continue;
-        }
-        for (int i = 0; i < node.count; ++i) {
-            const int t = order_[node.right + i];
-            if (triangle_box(vertices_, triangles_[t]).overlaps(box)) out.push_back(t);
-        }
-    }
-    std::sort(out.begin() + begin, out.end());
+    boxes_.reserve(order_.size());
+    for (const int t : order_) boxes_.push_back(boxes[t]);
 }
 
 }  // namespace cairn

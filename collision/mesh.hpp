@@ -4,6 +4,7 @@
 
 #include "collision/aabb.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <vector>
@@ -12,6 +13,9 @@ namespace cairn {
 
 class TriangleMesh {
 public:
+    // How the surface bends across an edge: not at all (one plane), hollow (also what is nearly flat), or as a ridge (also a border).
+    enum class Bend : std::uint8_t { kNone, kHollow, kRidge };
+
     // Throws Error naming the triangle or vertex: not finite, an index out of range, a triangle without area.
     TriangleMesh(std::vector<Vec3> vertices, std::vector<std::array<int, 3>> triangles);
 
@@ -20,12 +24,21 @@ public:
     const Vec3& normal(int triangle) const { return normals_[triangle]; }
     // The triangle across edge k (from vertex k to vertex k+1) of this one, or −1 at a border.
     int neighbour(int triangle, int k) const { return neighbours_[triangle][k]; }
+    Bend bend(int triangle, int k) const { return bends_[triangle][k]; }
     const Aabb& bounds() const { return bounds_; }
 
     // Triangles whose box overlaps `box` (both in the mesh's frame), in ascending order; appended to `out`.
-    void query(const Aabb& box, std::vector<int>& out) const;
+    void query(const Aabb& box, std::vector<int>& out) const {
+        query(
+            box, [](const Aabb&) { return true; }, out);
+    }
+    // The same of boxes for which also `may_reach(box)` is true. What is true of a box must be true of all that hold it.
+    template <class MayReach>
+    void query(const Aabb& box, const MayReach& may_reach, std::vector<int>& out) const;
 
 private:
+    static constexpr int kStackSize = 64;  // more than BoxSplitter's deepest tree
+
     struct Node {
         Aabb box;
         std::int32_t right = 0;  // inner: index of the second child (the first follows the node); leaf: first triangle in order_
@@ -35,9 +48,32 @@ private:
     std::vector<std::array<int, 3>> triangles_;
     std::vector<Vec3> normals_;
     std::vector<std::array<int, 3>> neighbours_;
+    std::vector<std::array<Bend, 3>> bends_;
     std::vector<Node> nodes_;
     std::vector<int> order_;
+    std::vector<Aabb> boxes_;  // of the triangles, in that order
     Aabb bounds_;
 };
+
+template <class MayReach>
+void TriangleMesh::query(const Aabb& box, const MayReach& may_reach, std::vector<int>& out) const {
+    const std::ptrdiff_t begin = static_cast<std::ptrdiff_t>(out.size());
+    std::array<int, kStackSize> stack;
+    int size = 0;
+    stack[size++] = 0;
+    while (size > 0) {
+        const int index = stack[--size];
+        const Node& node = nodes_[index];
+        if (!node.box.overlaps(box) || !may_reach(node.box)) continue;
+        if (node.count == 0) {
+            stack[size++] = node.right;
+            stack[size++] = index + 1;
+            continue;
+        }
+        for (int i = node.right; i < node.right + node.count; ++i)
+            if (boxes_[i].overlaps(box) && may_reach(boxes_[i])) out.push_back(order_[i]);
+    }
+    std::sort(out.begin() + begin, out.end());
+}
 
 }  // namespace cairn

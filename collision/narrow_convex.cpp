@@ -1,8 +1,8 @@
 // The general pair: FCL's GJK on cores drawn in from the surfaces, unless FCL's segments show that edges still are nearest; where the cores
 // overlap or do not tell, a descent to the least penetration.
-#include "collision/narrow_pair.hpp"
-
+#include "collision/core_features.hpp"
 #include "collision/hull.hpp"
+#include "collision/narrow_pair.hpp"
 
 #include <algorithm>
 
@@ -53,30 +53,6 @@ void offer_all_faces(const Query& q, Found& best) {
     }
 }
 
-// Signed distance of a core's farthest point along d (unit) from the frame's origin.
-Real core_support(const PlacedShape& s, const Core& core, const Vec3& d) {
-    switch (core.kind) {
-        case Core::Kind::kBox:
-            return d.dot(core.p) + (core.R.transpose() * d).cwiseAbs().dot(core.half);
-        case Core::Kind::kSegment:
-            return d.dot(core.p) + std::abs(d.dot(core.R.col(2))) * core.half.z();
-        default: {  // a hull's, drawn in towards its centre
-            const Real centre = d.dot(core.R * core.centre + core.p);
-            return centre + core.scale * (support(s, d) - centre);
-        }
-    }
-}
-
-// The core's edge that reaches farthest along −n. False for what has no straight ones.
-bool core_edge(const PlacedShape& s, const Core& core, const Vec3& n, AxisSegment& edge) {
-    if (core.kind != Core::Kind::kBox && core.kind != Core::Kind::kSegment && core.kind != Core::Kind::kPoints) return false;
-    edge = core.kind == Core::Kind::kBox ? box_edge_against(s.X_WS, core.half, n) : edge_against(s, n);
-    const Vec3 centre = core.R * core.centre + core.p;
-    if (core.kind == Core::Kind::kPoints)
-        for (Vec3& end : edge.end) end = centre + core.scale * (end - centre);
-    return true;
-}
-
 // Whether edges of the cores are what is nearest, as they were along `last`. Proof: planes through the two closest points, across the line
 // between them, have the cores on their far sides.
 bool edges_are_closest(Query& q, const Core& a, const Core& b, const Vec3& last, Closest& closest) {
@@ -84,11 +60,7 @@ bool edges_are_closest(Query& q, const Core& a, const Core& b, const Vec3& last,
     AxisSegment edge_a, edge_b;
     if (!core_edge(q.a, a, last, edge_a) || !core_edge(q.b, b, -last, edge_b)) return false;
     ++q.stats.fcl_calls;
-    fcl_query::segment_segment(edge_a.end[0], edge_a.end[1], edge_b.end[0], edge_b.end[1], closest.a, closest.b);
-    const Vec3 d = closest.a - closest.b;
-    closest.distance = d.norm();
-    if (!(closest.distance > kLeast * q.size)) return false;
-    closest.n = d / closest.distance;
+    if (!closest_of_segments(edge_a, edge_b, kLeast * q.size, closest)) return false;
     return -core_support(q.a, a, -closest.n) - core_support(q.b, b, closest.n) >= closest.distance - kTolerance * q.size;
 }
 

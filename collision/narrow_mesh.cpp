@@ -6,8 +6,6 @@
 namespace cairn::narrow {
 namespace {
 
-constexpr Real kRidge = 2e-3;  // [rad] by which a convex edge must bend to be one
-
 std::uint32_t mix(std::uint64_t x) {
     x ^= x >> 31;
     x *= 0x9e3779b97f4a7c15ull;
@@ -35,6 +33,35 @@ int edge_towards(const TriangleMesh& mesh, int neighbour, int triangle) {
     for (int k = 0; k < 3; ++k)
         if (mesh.neighbour(neighbour, k) == triangle) return k;
     return -1;
+}
+
+// Triangles whose boxes come nearer to a shape (in the mesh's frame) than the margin: of a sphere by their distance from its centre, else
+// along the shape's own axes.
+void find_triangles(const TriangleMesh& mesh, const PlacedShape& a, Real margin, std::vector<int>& out) {
+    const Aabb reach = shape_aabb(*a.shape, a.X_WS).grown(margin);
+    if (a.shape->type == ShapeType::kSphere) {
+        const Vec3& centre = a.X_WS.p;
+        const Real most = a.shape->radius + margin;
+        const auto is_near = [&](const Aabb& box) {
+            const Vec3 aside = (box.lo - centre).cwiseMax(centre - box.hi).cwiseMax(0.0);
+            return aside.squaredNorm() < most * most;
+        };
+        mesh.query(reach, is_near, out);
+        return;
+    }
+    const Mat3& R = a.X_WS.R;
+    Vec3 middle, half;  // along the shape's axes
+    for (int k = 0; k < 3; ++k) {
+        const Real hi = support(a, R.col(k)), lo = -support(a, -R.col(k));
+        middle[k] = 0.5 * (lo + hi);
+        half[k] = 0.5 * (hi - lo) + margin;
+    }
+    const Mat3 M = R.transpose(), size = M.cwiseAbs();
+    const auto is_near = [&](const Aabb& box) {
+        const Vec3 apart = (0.5 * (M * (box.lo + box.hi)) - middle).cwiseAbs() - half - 0.5 * (size * (box.hi - box.lo));
+        return apart.maxCoeff() < 0;
+    };
+    mesh.query(reach, is_near, out);
 }
 
 }  // namespace
@@ -81,11 +108,8 @@ MeshEdge mesh_edge(const TriangleMesh& mesh, int triangle, int k) {
     const std::array<int, 3>& t = mesh.triangles()[triangle];
     const Vec3& p = mesh.vertices()[t[k]];
     const Vec3 along = (mesh.vertices()[t[(k + 1) % 3]] - p).normalized();
-    const Vec3& n = mesh.normal(triangle);
-    const Vec3& m = mesh.normal(e.neighbour);
-    e.away = m.cross(along);                  // the neighbour runs along its edge the other way
-    const Real bend = n.cross(m).dot(along);  // positive: convex
-    e.is_ridge = bend > kRidge || (n.dot(m) < 0 && bend > -kRidge);
+    e.away = mesh.normal(e.neighbour).cross(along);  // the neighbour runs along its edge the other way
+    e.is_ridge = mesh.bend(triangle, k) == TriangleMesh::Bend::kRidge;
     return e;
 }
 
@@ -107,7 +131,7 @@ NarrowResult collide_with_mesh(Query& q) {
 
     thread_local std::vector<int> triangles;
     triangles.clear();
-    mesh.query(shape_aabb(*a.shape, a.X_WS).grown(q.margin), triangles);
+    find_triangles(mesh, a, q.margin, triangles);
     if (triangles.empty()) return NarrowResult::kSeparated;
 
     const std::size_t first = q.out.size();

@@ -31,6 +31,18 @@ bool is_summit(const TriangleMesh& mesh, int triangle, int k, const Vec3& n);
 // The triangle as a face that clips.
 void triangle_face(const TriangleMesh& mesh, int triangle, Face& face);
 
+// The shape's face towards a triangle, if it has one there, and which of its edges crosses which side of the triangle where the face is
+// lowest over the triangle; −1: none does.
+struct OwnFace {
+    const Face* face = nullptr;
+    int edge = -1;
+    int side = -1;
+};
+
+// Closest points of the shape's core (drawn in by `shrink`) and a triangle, and the corners of the triangle that span its nearest feature.
+fcl_query::Answer closest_to_triangle(Query& q, Real shrink, const OwnFace& own, const Vec3 corner[3], const Vec3& normal,
+                                      fcl_query::Closest& closest, int& corners);
+
 // `triangles`: those near the shape, ascending. Append manifolds in the mesh's frame to q.out.
 NarrowResult collide_sphere_with_mesh(Query& q, const TriangleMesh& mesh, const std::vector<int>& triangles);
 NarrowResult collide_solid_with_mesh(Query& q, const TriangleMesh& mesh, const std::vector<int>& triangles);

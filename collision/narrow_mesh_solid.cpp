@@ -16,18 +16,25 @@ using fcl_query::Answer;
 constexpr Real kOneNormal = 1e-5;  // [rad] and
 constexpr Real kOnePlane = 1e-5;   // of the size: how far triangles of one face may be from one plane
 constexpr Real kFar = 0.05;        // of the inner radius: how far the core is drawn in
+constexpr Real kSlack = 1e-5;      // of the size: by which a shape may lie beside a triangle and yet over it
 constexpr Real kBeside = 0.01;     // [rad] from a triangle's normal that is as good as it
 
 struct Region {
     Vec3 normal;
     Real offset = 0;
-    Real lowest = 0;      // separation of the shape from the plane
-    Candidate deepest;    // of the points
-    int deepest_on = -1;  // and its triangle; −1: no points
-    bool flat = false;    // the shape comes down on it with its face
-    Face own;             // that one
-    std::vector<int> triangles;
+    Real lowest = 0;        // separation of the shape from the plane
+    Candidate deepest;      // of the points
+    int deepest_on = -1;    // and its triangle; −1: no points
+    int own = -1;           // place in Scratch::faces of the shape's face that comes down on it; −1: none does
+    std::vector<int> near;  // its triangles, as places in Scratch::near
     std::vector<Candidate> points;
+};
+
+// A triangle that the shape may touch.
+struct NearTriangle {
+    int triangle = 0;
+    bool may_be_under = true;  // parts of the shape may lie over it
+    int beyond = -1;           // the neighbour across the edge that the whole shape lies beyond; −1: there is none
 };
 
 // Contacts with the mesh's ridges that share a normal.
@@ -38,7 +45,16 @@ struct Ridge {
     std::vector<Candidate> points;  // core on the mesh, foot on the shape
 };
 
+// What tells regions apart, close together in memory.
+struct Plane {
+    Vec3 normal;
+    Real offset;
+};
+
 struct Scratch {
+    std::vector<NearTriangle> near;
+    std::vector<Face> faces;    // of the shape, that come down on something
+    std::vector<Plane> planes;  // of the regions
     std::vector<Region> regions;
     std::vector<Ridge> ridges;
     std::size_t region_count = 0;
@@ -47,7 +63,7 @@ struct Scratch {
     Region& new_region() {
         if (region_count == regions.size()) regions.emplace_back();
         Region& r = regions[region_count++];
-        r.triangles.clear();
+        r.near.clear();
         r.points.clear();
         r.deepest_on = -1;
         return r;
@@ -65,53 +81,130 @@ Vec3 middle(const TriangleMesh& mesh, int t) {
     return (mesh.vertices()[v[0]] + mesh.vertices()[v[1]] + mesh.vertices()[v[2]]) / 3;
 }
 
-// The shape's extent along its own axes, either way: triangles beyond it by more than the margin are out of reach.
+// The shape's extent along its own axes: triangles beyond it by more than the margin are out of reach.
 struct Reach {
-    Vec3 axis[6];
-    Real most[6];
+    Mat3 to_local;
+    Vec3 lo, hi;
 
-    explicit Reach(const Query& q) {
-        for (int k = 0; k < 6; ++k) {
-            axis[k] = k < 3 ? Vec3(q.a.X_WS.R.col(k)) : Vec3(-q.a.X_WS.R.col(k - 3));
-            most[k] = support(q.a, axis[k]) + q.margin;
+    explicit Reach(const Query& q) : to_local(q.a.X_WS.R.transpose()) {
+        for (int k = 0; k < 3; ++k) {
+            const Vec3 axis = q.a.X_WS.R.col(k);
+            lo[k] = -support(q.a, -axis) - q.margin;
+            hi[k] = support(q.a, axis) + q.margin;
         }
     }
     bool misses(const TriangleMesh& mesh, int t) const {
         const std::array<int, 3>& v = mesh.triangles()[t];
-        for (int k = 0; k < 6; ++k) {
-            bool beyond = true;
-            for (const int i : v) beyond = beyond && axis[k].dot(mesh.vertices()[i]) >= most[k];
-            if (beyond) return true;
-        }
-        return false;
+        const Vec3 a = to_local * mesh.vertices()[v[0]], b = to_local * mesh.vertices()[v[1]], c = to_local * mesh.vertices()[v[2]];
+        return (a.cwiseMin(b).cwiseMin(c).array() >= hi.array()).any() || (a.cwiseMax(b).cwiseMax(c).array() <= lo.array()).any();
     }
 };
+
+// Where the shape lies beside a triangle, seen along its normal. False if it is out of reach: along the line from its centre to a near
+// point of the triangle, or along the triangle's plane.
+bool look_beside(const Query& q, const TriangleMesh& mesh, const Vec3& centre, Real inside, NearTriangle& near) {
+    const std::array<int, 3>& t = mesh.triangles()[near.triangle];
+    const auto& v = mesh.vertices();
+    Vec3 out[3];
+    Real beyond[3];  // the centre's distance beyond each side
+    bool all_over = true;
+    for (int k = 0; k < 3; ++k) {
+        out[k] = (v[t[(k + 1) % 3]] - v[t[k]]).cross(mesh.normal(near.triangle));
+        beyond[k] = out[k].dot(centre - v[t[k]]);
+        all_over = all_over && (beyond[k] <= 0 || beyond[k] * beyond[k] <= inside * inside * out[k].squaredNorm());
+    }
+    if (all_over) return true;
+    int farthest = 0;
+    for (int k = 0; k < 3; ++k) {
+        const Real length = out[k].norm();
+        out[k] /= length;
+        beyond[k] /= length;
+        if (beyond[k] > beyond[farthest]) farthest = k;
+    }
+
+    const Vec3& from = v[t[farthest]];
+    const Vec3 edge = v[t[(farthest + 1) % 3]] - from;
+    const Vec3 to_edge = from + std::clamp(edge.dot(centre - from) / edge.squaredNorm(), 0.0, 1.0) * edge - centre;
+    const Vec3 u = to_edge.normalized();
+    if (std::min({u.dot(v[t[0]]), u.dot(v[t[1]]), u.dot(v[t[2]])}) - support(q.a, u) >= q.margin) return false;
+
+    Real most = kSlack * q.size;
+    for (int k = 0; k < 3; ++k) {
+        if (beyond[k] <= inside) continue;
+        const Real apart = -support(q.a, -out[k]) - out[k].dot(v[t[k]]);
+        if (apart >= q.margin) return false;
+        if (apart <= most) continue;
+        most = apart;
+        near.may_be_under = false;
+        near.beyond = mesh.neighbour(near.triangle, k);
+    }
+    return true;
+}
+
+// Whether what the shape may touch of a triangle belongs to a neighbour that it lies over, too: it lies beyond an edge, and then beyond the
+// next, until it comes to lie over one. (Around a summit it may lie beyond an edge of each.)
+bool is_left_to_neighbour(const Scratch& s, std::size_t i) {
+    for (std::size_t step = 0; step < s.near.size(); ++step) {
+        if (s.near[i].beyond < 0) return step > 0;
+        const auto next = std::find_if(s.near.begin(), s.near.end(), [&](const NearTriangle& n) { return n.triangle == s.near[i].beyond; });
+        if (next == s.near.end()) return false;
+        i = static_cast<std::size_t>(next - s.near.begin());
+    }
+    return false;
+}
+
+// The place in s.faces of the face that comes down along a normal, built when first asked for.
+int own_face_towards(const Query& q, const Vec3& normal, Scratch& s) {
+    const int index = lowest_face_index(q.a, -normal);
+    for (std::size_t i = 0; i < s.faces.size() && index >= 0; ++i)
+        if (s.faces[i].index == index) return static_cast<int>(i);
+    Face& face = s.faces.emplace_back();
+    if (comes_down_flat(q.a, normal, face)) {
+        face.disc_radius = 0;  // a disc's four rim points may come to lie over different triangles: here it is its outline
+        return static_cast<int>(s.faces.size()) - 1;
+    }
+    s.faces.pop_back();
+    return -1;
+}
+
+// The region of a triangle with this plane, a new one where there is none.
+Region& region_of(const Query& q, const Vec3& n, Real offset, const Vec3& middle, Scratch& s) {
+    const auto same = [&](const Plane& p) {
+        return std::abs(p.normal.x() - n.x()) < kOneNormal && (p.normal - n).squaredNorm() < kOneNormal * kOneNormal &&
+               std::abs(p.normal.dot(middle) - p.offset) < kOnePlane * q.size;
+    };
+    const auto found = std::find_if(s.planes.begin(), s.planes.end(), same);
+    if (found != s.planes.end()) return s.regions[static_cast<std::size_t>(found - s.planes.begin())];
+    s.planes.push_back({n, offset});
+    Region& r = s.new_region();
+    r.normal = n;
+    r.offset = offset;
+    r.own = own_face_towards(q, n, s);
+    return r;
+}
 
 // Sorts the triangles that the shape may touch from the front into planes.
 void gather(const Query& q, const TriangleMesh& mesh, const std::vector<int>& triangles, Scratch& s) {
     s.region_count = s.ridge_count = 0;
+    s.near.clear();
+    s.faces.clear();
+    s.planes.clear();
     const Reach reach(q);
+    const Vec3 centre = centre_of(q.a);
+    const Real inside = inner_radius(*q.a.shape);
     for (const int t : triangles) {
         if (reach.misses(mesh, t)) continue;
         const Vec3& n = mesh.normal(t);
         const Real offset = n.dot(mesh.vertices()[mesh.triangles()[t][0]]);
         const Real lowest = -support(q.a, -n) - offset;
-        if (lowest >= q.margin || support(q.a, n) < offset) continue;
-        const auto same = [&](const Region& r) {
-            return (r.normal - n).squaredNorm() < kOneNormal * kOneNormal &&
-                   std::abs(r.normal.dot(middle(mesh, t)) - r.offset) < kOnePlane * q.size;
-        };
-        const auto end = s.regions.begin() + static_cast<std::ptrdiff_t>(s.region_count);
-        const auto found = std::find_if(s.regions.begin(), end, same);
-        Region& r = found != end ? *found : s.new_region();
-        if (r.triangles.empty()) {
-            r.normal = n;
-            r.offset = offset;
-            r.lowest = lowest;
-            r.flat = comes_down_flat(q.a, n, r.own);
-            r.own.disc_radius = 0;
-        }
-        r.triangles.push_back(t);
+        if (lowest >= q.margin) continue;
+        NearTriangle near{t};
+        if (!look_beside(q, mesh, centre, inside, near)) continue;
+        if (n.dot(centre) < offset && support(q.a, n) < offset) continue;
+        Region& r = region_of(q, n, offset, middle(mesh, t), s);
+        if (r.near.empty()) r.lowest = lowest;
+        r.near.push_back(static_cast<int>(s.near.size()));
+        s.near.push_back(near);
     }
 }
 
@@ -123,19 +216,15 @@ bool add_distinct(std::vector<Candidate>& points, const Candidate& c, Real size)
 }
 
 // The shape's lowest feature over one triangle of a region. What is cut off by an edge inside the region goes on in the next triangle.
-void clip_to_triangle(const Query& q, const TriangleMesh& mesh, int t, Region& region) {
+void clip_to_triangle(const Query& q, const TriangleMesh& mesh, int t, Region& region, const Scratch& s) {
     Face face;
     triangle_face(mesh, t, face);
     face.normal = region.normal;
     face.offset = region.offset;
     Candidate found[kMaxCandidates];
-    // A disc's four rim points may come to lie over different triangles: here it is its outline.
-    const int count =
-        region.flat ? flat_candidates(region.own, face, q.margin, q.size, found) : face_candidates(q.a, face, q.margin, q.size, found);
-    const auto inner = [&](int k) {
-        const int neighbour = mesh.neighbour(t, k);
-        return neighbour >= 0 && (mesh.normal(neighbour) - mesh.normal(t)).squaredNorm() < kOneNormal * kOneNormal;
-    };
+    const int count = region.own >= 0 ? flat_candidates(s.faces[static_cast<std::size_t>(region.own)], face, q.margin, q.size, found)
+                                      : face_candidates(q.a, face, q.margin, q.size, found);
+    const auto inner = [&](int k) { return mesh.bend(t, k) == TriangleMesh::Bend::kNone; };
     for (int i = 0; i < count; ++i) {
         Candidate& c = found[i];
         if (region.deepest_on < 0 || c.separation < region.deepest.separation) {
@@ -249,37 +338,53 @@ void add_bare(const Query& q, const TriangleMesh& mesh, int t, int corners, cons
     add_distinct(r.points, {on_mesh, on_a, radius, bottom - top, key}, q.size);
 }
 
-// A triangle whose plane the shape reaches beside its lowest point.
-bool examine(Query& q, const TriangleMesh& mesh, int t, Region& region, Scratch& s) {
-    ++q.stats.fcl_calls;
-    fcl_query::Core a, b;
-    make_core(q.a, kFar, a);
+bool has_ridge(const TriangleMesh& mesh, int t) {
+    using Bend = TriangleMesh::Bend;
+    return mesh.bend(t, 0) == Bend::kRidge || mesh.bend(t, 1) == Bend::kRidge || mesh.bend(t, 2) == Bend::kRidge;
+}
+
+OwnFace own_face(const Region& region, const Scratch& s, int t) {
+    OwnFace own;
+    if (region.own < 0) return own;
+    own.face = &s.faces[static_cast<std::size_t>(region.own)];
+    if (region.deepest_on != t) return own;
+    const int in = static_cast<int>(region.deepest.feature >> 8 & 0xff), out = static_cast<int>(region.deepest.feature & 0xff);
+    if ((in >= kSideBit) == (out >= kSideBit)) return own;
+    own.edge = std::min(in, out);
+    own.side = std::max(in, out) - kSideBit;
+    return own;
+}
+
+// A triangle whose plane the shape reaches beside its lowest point. Adds what touches its ridges; whether its face touches, too.
+bool touches_face(Query& q, const TriangleMesh& mesh, int t, const Region& region, Scratch& s, bool& sound) {
+    // Without ridges what touches is the face, unless the shape is so deep that it may lie behind.
+    const bool is_deep = region.deepest_on >= 0 && region.deepest.separation < -kFar * inner_radius(*q.a.shape);
+    if (!is_deep && !has_ridge(mesh, t)) return true;
     const std::array<int, 3>& v = mesh.triangles()[t];
     const Vec3 corner[3] = {mesh.vertices()[v[0]], mesh.vertices()[v[1]], mesh.vertices()[v[2]]};
-    b.kind = fcl_query::Core::Kind::kPoints;
-    b.points = corner;
-    b.count = 3;
     fcl_query::Closest closest;
-    const Answer answer = fcl_query::gjk(a, b, region.normal, q.size, closest);
-    Verdict verdict = Verdict::kFace;
     int corners = 7;
-    if (answer == Answer::kApart) {
-        if (closest.n.dot(region.normal) <= 0) return true;  // from behind
-        const Real top = std::max({closest.n.dot(corner[0]), closest.n.dot(corner[1]), closest.n.dot(corner[2])});
-        if (-support(q.a, -closest.n) - top >= q.margin) return true;
-        Vec3 nearest;
-        corners = fcl_query::nearest_on_triangle(closest.b, corner[0], corner[1], corner[2], nearest);
-        if (corners == 0) return false;
-        // Rounding may move the point off its corner or edge: the touching feature is level along n.
-        int level = 0;
-        for (int k = 0; k < 3; ++k)
-            if (closest.n.dot(corner[k]) > top - 1e-6 * q.size) level |= 1 << k;
-        if ((corners & level) != 0) corners &= level;
-        verdict = judge(mesh, t, corners, closest.n);
-    }
-    if (verdict == Verdict::kFace) clip_to_triangle(q, mesh, t, region);
+    const Answer answer = closest_to_triangle(q, kFar, own_face(region, s, t), corner, region.normal, closest, corners);
+    sound = sound && answer != Answer::kFailed;
+    if (answer != Answer::kApart) return true;
+    if (closest.n.dot(region.normal) <= 0) return false;  // from behind
+    const Real top = std::max({closest.n.dot(corner[0]), closest.n.dot(corner[1]), closest.n.dot(corner[2])});
+    if (-support(q.a, -closest.n) - top >= q.margin) return false;
+    const Verdict verdict = judge(mesh, t, corners, closest.n);
     if (verdict == Verdict::kRidge && !add_under_own_face(q, mesh, t, closest.n, s)) add_bare(q, mesh, t, corners, closest, s);
-    return answer != Answer::kFailed;
+    return verdict == Verdict::kFace;
+}
+
+// A region without a point that proves its face: each triangle for itself.
+void examine(Query& q, const TriangleMesh& mesh, Region& region, Scratch& s, bool& sound) {
+    const bool is_single = region.near.size() == 1;  // then its points are known
+    if (!is_single) region.points.clear();
+    for (const int i : region.near) {
+        const NearTriangle& near = s.near[static_cast<std::size_t>(i)];
+        const bool face = !is_left_to_neighbour(s, static_cast<std::size_t>(i)) && touches_face(q, mesh, near.triangle, region, s, sound);
+        if (is_single && !face) region.points.clear();
+        if (!is_single && face && near.may_be_under) clip_to_triangle(q, mesh, near.triangle, region, s);
+    }
 }
 
 void add_ridge_manifold(Query& q, Ridge& r) {
@@ -303,10 +408,11 @@ NarrowResult collide_solid_with_mesh(Query& q, const TriangleMesh& mesh, const s
     bool sound = true;
     for (std::size_t i = 0; i < s.region_count; ++i) {
         Region& r = s.regions[i];
-        for (const int t : r.triangles) clip_to_triangle(q, mesh, t, r);
-        if (is_proven(q, mesh, r)) continue;
-        r.points.clear();
-        for (const int t : r.triangles) sound = examine(q, mesh, t, r, s) && sound;
+        for (const int k : r.near) {
+            const NearTriangle& near = s.near[static_cast<std::size_t>(k)];
+            if (near.may_be_under) clip_to_triangle(q, mesh, near.triangle, r, s);
+        }
+        if (!is_proven(q, mesh, r)) examine(q, mesh, r, s, sound);
     }
     if (!sound && s.region_count == 1 && s.ridge_count == 0 && s.regions[0].points.empty()) return failed(q);
     for (std::size_t i = 0; i < s.region_count; ++i)
