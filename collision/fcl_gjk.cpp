@@ -1,8 +1,9 @@
-// GJK as FCL extends libccd, composed from FCL's own parts so that the first direction can be given and an overlap told from a failure; and
-// libccd's portal refinement.
+// GJK from FCL's parts: with its projections on simplices, whose outcome support planes prove; where they do not, as it extends libccd, so
+// that the first direction can be given and an overlap told from a failure. And libccd's portal refinement.
 #include "collision/fcl_query.hpp"
 
 #include <ccd/ccd.h>
+#include <fcl/math/detail/project.h>
 #include <fcl/narrowphase/detail/convexity_based_algorithm/gjk_libccd.h>
 
 namespace cairn::fcl_query {
@@ -99,10 +100,83 @@ ccd_t settings() {
     return ccd;
 }
 
+Vec3 posed_farthest_point(const Core& c, const Vec3& d) {
+    return c.R * farthest_point(c, c.R.transpose() * d) + c.p;
+}
+
+// Points of the difference A − B, and A's of each.
+struct Simplex {
+    Vec3 difference[4];
+    Vec3 on_a[4];
+    int count = 0;
+};
+
+// Keeps the corners that span the feature nearest to the origin. Their combination is the nearest point; false if FCL knows none.
+bool reduce_to_nearest(Simplex& s, Vec3& difference, Vec3& on_a) {
+    using Project = ::fcl::detail::Project<double>;
+    Project::ProjectResult r;
+    const Vec3* w = s.difference;
+    switch (s.count) {
+        case 1:
+            r.encode = 1;
+            r.parameterization[0] = 1;
+            break;
+        case 2:
+            r = Project::projectLineOrigin(w[0], w[1]);
+            break;
+        case 3:
+            r = Project::projectTriangleOrigin(w[0], w[1], w[2]);
+            break;
+        default:
+            r = Project::projectTetrahedraOrigin(w[0], w[1], w[2], w[3]);
+            break;
+    }
+    difference.setZero();
+    on_a.setZero();
+    int kept = 0;
+    for (int i = 0; i < s.count; ++i) {
+        if ((r.encode & 1u << i) == 0) continue;
+        difference += r.parameterization[i] * s.difference[i];
+        on_a += r.parameterization[i] * s.on_a[i];
+        s.difference[kept] = s.difference[i];
+        s.on_a[kept++] = s.on_a[i];
+    }
+    s.count = kept;
+    return kept > 0 && kept < 4;
+}
+
+// Down to where no point of the difference lies clearly nearer along the way to the nearest one known, which so is the nearest. False if it
+// does not come to that, or the sets are so near or overlap that the direction between them is not sure.
+bool descend_to_nearest(const Core& a, const Core& b, const Vec3& toward_a, Real size, Closest& out) {
+    constexpr int kMost = 30;
+    constexpr Real kLeast = 1e-5;  // of the size
+    Simplex simplex;
+    Vec3 direction = toward_a.isZero(0) ? Vec3(Vec3::UnitX()) : toward_a;
+    Real nearest2 = 0;
+    for (int i = 0; i < kMost; ++i) {
+        const Vec3 p = posed_farthest_point(a, -direction);
+        const Vec3 w = p - posed_farthest_point(b, direction);
+        if (simplex.count > 0 && nearest2 - direction.dot(w) <= kTolerance * size * out.distance) {
+            out.b = out.a - direction;
+            out.n = direction / out.distance;
+            return true;
+        }
+        simplex.difference[simplex.count] = w;
+        simplex.on_a[simplex.count++] = p;
+        if (!reduce_to_nearest(simplex, direction, out.a)) return false;
+        const Real distance2 = direction.squaredNorm();
+        if (!(distance2 > kLeast * kLeast * size * size) || (i > 0 && distance2 >= nearest2)) return false;
+        nearest2 = distance2;
+        out.distance = std::sqrt(distance2);
+    }
+    return false;
+}
+
 }  // namespace
 
 Answer gjk(const Core& a, const Core& b, const Vec3& toward_a, Real size, Closest& out) noexcept {
     try {
+        if (descend_to_nearest(a, b, toward_a, size, out)) return Answer::kApart;
         Body body_a = first_body(a, toward_a, size), body_b = second_body(b, size);
         const ccd_t ccd = settings();
         ccd_simplex_t simplex;

@@ -15,6 +15,11 @@ namespace cairn {
 namespace {
 
 using Triangle = std::array<int, 3>;
+using Pair = double __attribute__((vector_size(16)));
+
+Pair load(const Real* p) {
+    return Pair{p[0], p[1]};
+}
 
 // All relative to the largest half extent of the points.
 constexpr Real kMergeTolerance = 1e-7;    // vertices this near a face's plane are on it; nearer vertices than this are one
@@ -219,6 +224,7 @@ ConvexHull::ConvexHull(const std::vector<Vec3>& points) {
         new_index[i] = static_cast<int>(vertices_.size());
         vertices_.push_back(points[i]);
     }
+    arrange_coordinates();
 
     for (const std::vector<int>& loop : loops) {
         Face face;
@@ -258,7 +264,40 @@ void ConvexHull::find_neighbours() {
     }
 }
 
+void ConvexHull::arrange_coordinates() {
+    const std::size_t count = vertices_.size();
+    for (std::size_t i = 0; i < count; i += 2)
+        for (int k = 0; k < 3; ++k) {
+            coordinates_.push_back(vertices_[i][k]);
+            coordinates_.push_back(vertices_[std::min(i + 1, count - 1)][k]);
+        }
+}
+
 int ConvexHull::support(const Vec3& d) const {
+    // The largest product (summed as Eigen does) first, two at a time; then the first vertex that has it, which is as likely to be any and
+    // so not asked on the way.
+    constexpr int kMost = 128;
+    const int count = static_cast<int>(vertices_.size());
+    if (count > kMost) return support_of_many(d);
+    const Real* c = coordinates_.data();
+    const Pair x = {d.x(), d.x()}, y = {d.y(), d.y()}, z = {d.z(), d.z()};
+    Pair along[kMost / 2];
+    const int pairs = (count + 1) / 2;
+    Pair most = along[0] = (x * load(c) + y * load(c + 2)) + z * load(c + 4);
+    for (int i = 1; i < pairs; ++i) {
+        c += 6;
+        along[i] = (x * load(c) + y * load(c + 2)) + z * load(c + 4);
+        most = along[i] > most ? along[i] : most;
+    }
+    const Real farthest = most[0] > most[1] ? most[0] : most[1];
+    for (int i = 0; i < pairs; ++i) {
+        if (along[i][0] == farthest) return 2 * i;
+        if (along[i][1] == farthest) return 2 * i + 1;
+    }
+    return 0;  // not finite
+}
+
+int ConvexHull::support_of_many(const Vec3& d) const {
     int best = 0;
     Real farthest = d.dot(vertices_[0]);
     for (int i = 1; i < static_cast<int>(vertices_.size()); ++i) {

@@ -43,8 +43,11 @@ public:
 
 private:
     void find_neighbours();
+    void arrange_coordinates();
+    int support_of_many(const Vec3& d) const;
 
     std::vector<Vec3> vertices_;
+    std::vector<Real> coordinates_;  // of the vertices two and two, x x y y z z; the last one twice if their number is odd
     std::vector<Face> faces_;
     std::vector<int> loop_;
     std::vector<int> neighbours_, faces_of_, neighbour_begin_;  // of vertex i: those from neighbour_begin_[i] on, as many of both

@@ -29,12 +29,12 @@ public:
 
     // Triangles whose box overlaps `box` (both in the mesh's frame), in ascending order; appended to `out`.
     void query(const Aabb& box, std::vector<int>& out) const {
-        query(
-            box, [](const Aabb&) { return true; }, out);
+        const auto all = [](const Aabb&) { return true; };
+        query(box, all, all, out);
     }
-    // The same of boxes for which also `may_reach(box)` is true. What is true of a box must be true of all that hold it.
-    template <class MayReach>
-    void query(const Aabb& box, const MayReach& may_reach, std::vector<int>& out) const;
+    // The same of triangles for whose boxes `may_reach` is true, in nodes for which `may_hold` is.
+    template <class MayHold, class MayReach>
+    void query(const Aabb& box, const MayHold& may_hold, const MayReach& may_reach, std::vector<int>& out) const;
 
 private:
     static constexpr int kStackSize = 64;  // more than BoxSplitter's deepest tree
@@ -55,8 +55,8 @@ private:
     Aabb bounds_;
 };
 
-template <class MayReach>
-void TriangleMesh::query(const Aabb& box, const MayReach& may_reach, std::vector<int>& out) const {
+template <class MayHold, class MayReach>
+void TriangleMesh::query(const Aabb& box, const MayHold& may_hold, const MayReach& may_reach, std::vector<int>& out) const {
     const std::ptrdiff_t begin = static_cast<std::ptrdiff_t>(out.size());
     std::array<int, kStackSize> stack;
     int size = 0;
@@ -64,7 +64,7 @@ void TriangleMesh::query(const Aabb& box, const MayReach& may_reach, std::vector
     while (size > 0) {
         const int index = stack[--size];
         const Node& node = nodes_[index];
-        if (!node.box.overlaps(box) || !may_reach(node.box)) continue;
+        if (!node.box.overlaps(box) || !may_hold(node.box)) continue;
         if (node.count == 0) {
             stack[size++] = node.right;
             stack[size++] = index + 1;

@@ -46,7 +46,7 @@ void find_triangles(const TriangleMesh& mesh, const PlacedShape& a, Real margin,
             const Vec3 aside = (box.lo - centre).cwiseMax(centre - box.hi).cwiseMax(0.0);
             return aside.squaredNorm() < most * most;
         };
-        mesh.query(reach, is_near, out);
+        mesh.query(reach, is_near, is_near, out);
         return;
     }
     const Mat3& R = a.X_WS.R;
@@ -61,7 +61,8 @@ void find_triangles(const TriangleMesh& mesh, const PlacedShape& a, Real margin,
         const Vec3 apart = (0.5 * (M * (box.lo + box.hi)) - middle).cwiseAbs() - half - 0.5 * (size * (box.hi - box.lo));
         return apart.maxCoeff() < 0;
     };
-    mesh.query(reach, is_near, out);
+    mesh.query(
+        reach, [](const Aabb&) { return true; }, is_near, out);
 }
 
 }  // namespace

@@ -16,7 +16,7 @@ using fcl_query::Core;
 constexpr Real kLeast = 1e-4;  // distances below this are left to GJK
 constexpr Real kTolerance = 1e-9;
 constexpr Real kLevel = 1e-6;
-constexpr int kMaxGuesses = 4;
+constexpr int kMaxGuesses = 2;
 constexpr int kInside = 7;
 
 Real top_of(const Vec3 corner[3], const Vec3& n) {

@@ -37,9 +37,8 @@ NarrowResult collide(const WorldData& world, NarrowWorkspace& work, const Contac
 void foresee(const WorldData& world, NarrowWorkspace& work, const Contact& c, const Transform& X_WA, const Transform& X_WB, Real margin,
              Real dt) {
     const Body &a = world.bodies[c.body_a], &b = world.bodies[c.body_b];
-    const bool has_sphere =
-        world.shapes[c.shape_a].shape.type == ShapeType::kSphere || world.shapes[c.shape_b].shape.type == ShapeType::kSphere;
-    const Foresight foresight = foresight_of(a, b, has_sphere, work.fresh, c.size, dt);
+    const Turning turning = turning_of(a, world.shapes[c.shape_a], b, world.shapes[c.shape_b]);
+    const Foresight foresight = foresight_of(a, b, turning, work.fresh, c.size, dt);
     const auto ask_at = [&](Real t) {
         const Transform Y_WA = pose_after(a, t), Y_WB = pose_after(b, t);
         PairCache cache = c.cache;

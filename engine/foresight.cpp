@@ -44,18 +44,30 @@ bool has_feature(const std::vector<Manifold>& found, int count, std::uint32_t su
     return false;
 }
 
+Vec3 feature_rate(const Body& body, const ShapeRecord& shape) {
+    const ShapeType type = shape.shape.type;
+    const bool is_centred = shape.X_BS.p.isZero(0);  // else the turn also moves it
+    if (!is_centred || (type != ShapeType::kCapsule && type != ShapeType::kCylinder)) return body.w;
+    const Vec3 axis = body.X_WB.q * Vec3(shape.X_BS.R.col(2));
+    return body.w - body.w.dot(axis) * axis;
+}
+
 }  // namespace
 
-Foresight foresight_of(const Body& a, const Body& b, bool has_sphere, const std::vector<Manifold>& found, Real size, Real dt) {
+Turning turning_of(const Body& a, const ShapeRecord& shape_a, const Body& b, const ShapeRecord& shape_b) {
+    return {feature_rate(a, shape_a) - feature_rate(b, shape_b),
+            shape_a.shape.type == ShapeType::kSphere || shape_b.shape.type == ShapeType::kSphere};
+}
+
+Foresight foresight_of(const Body& a, const Body& b, const Turning& turning, const std::vector<Manifold>& found, Real size, Real dt) {
     if (found.empty() || found.front().owner == NormalOwner::kCores) return {};
-    const Real spin = (a.w - b.w).norm();
+    const Real spin = turning.rate.norm();
     const Real gap = least_separation(found);
     const Real time = gap > 0 ? meeting_time(a, b, found, dt) : 0;
     Foresight foresight;
     if (time < dt && time * ((a.v - b.v).norm() + spin * size) >= kLongWay * size) foresight.meeting = time;
-    // A ball has the same features however it turns.
     const bool is_near = foresight.meeting > 0 || gap <= spin * dt * size;
-    foresight.at_end = is_near && spin * dt >= kTurn && !has_sphere;
+    foresight.at_end = is_near && spin * dt >= kTurn && !turning.has_ball;
     return foresight;
 }
 

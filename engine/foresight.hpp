@@ -19,8 +19,15 @@ struct Foresight {
     bool at_end = false;  // whether other features may come down until the step's end
 };
 
+// How A's features turn against B's.
+struct Turning {
+    Vec3 rate = Vec3::Zero();  // [rad/s]; a capsule's or cylinder's turn about its own axis does not count
+    bool has_ball = false;     // which has the same features however it turns
+};
+Turning turning_of(const Body& a, const ShapeRecord& shape_a, const Body& b, const ShapeRecord& shape_b);
+
 // `found`: at the present poses. `size`: of the smaller shape [m].
-Foresight foresight_of(const Body& a, const Body& b, bool has_sphere, const std::vector<Manifold>& found, Real size, Real dt);
+Foresight foresight_of(const Body& a, const Body& b, const Turning& turning, const std::vector<Manifold>& found, Real size, Real dt);
 
 // The body's frame after t at its present velocities.
 Transform pose_after(const Body& body, Real t);

@@ -145,6 +145,23 @@ TEST_CASE("the neighbours in a grid are the triangles across its edges, shared v
     CHECK(mesh.bounds().hi == Vec3(n, n, 0));
 }
 
+TEST_CASE("a mesh knows how it bends across each edge") {
+    using Bend = TriangleMesh::Bend;
+    // Two triangles that share the edge from 0 to 1, the second one's far corner `drop` below the plane of the first.
+    const auto bend = [](Real drop) {
+        const TriangleMesh mesh({{0, 0, 0}, {0, 1, 0}, {-1, 0, 0}, {1, 0, -drop}}, {{0, 1, 2}, {1, 0, 3}});
+        CHECK(mesh.bend(0, 1) == Bend::kRidge);  // a border
+        CHECK(mesh.bend(0, 0) == mesh.bend(1, 0));
+        return mesh.bend(0, 0);
+    };
+    CHECK(bend(0) == Bend::kNone);
+    CHECK(bend(1e-6) == Bend::kNone);
+    CHECK(bend(1e-3) == Bend::kHollow);  // as good as flat: no edge to what slides over it
+    CHECK(bend(-0.1) == Bend::kHollow);
+    CHECK(bend(3e-3) == Bend::kRidge);
+    CHECK(bend(20) == Bend::kRidge);
+}
+
 TEST_CASE("a triangle wound the other way is no neighbour") {
     const TriangleMesh mesh({Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(1, 1, 0)}, {{0, 1, 2}, {1, 2, 3}});
     for (int k = 0; k < 3; ++k) CHECK(mesh.neighbour(0, k) == -1);

@@ -36,16 +36,20 @@ std::vector<Manifold> one_point(Real gap, NormalOwner owner = NormalOwner::kB, s
     return {m};
 }
 
+Foresight foresee(const Body& a, const Body& b, bool has_ball, const std::vector<Manifold>& found, Real size, Real dt) {
+    return foresight_of(a, b, {a.w - b.w, has_ball}, found, size, dt);
+}
+
 const Body kTable = mover({0, 0, -1}, Vec3::Zero());
 
 }  // namespace
 
 TEST_CASE("a pair that will meet within the step is foreseen for when it meets") {
     const Body falling = mover({0, 0, 0.3}, {0, 0, -6});
-    const Foresight f = foresight_of(falling, kTable, false, one_point(0.05), kSize, kStep);
+    const Foresight f = foresee(falling, kTable, false, one_point(0.05), kSize, kStep);
     CHECK(f.meeting == Approx(0.05 / 6));
     CHECK_FALSE(f.at_end);
-    CHECK(foresight_of(falling, kTable, true, one_point(0.05), kSize, kStep).meeting == f.meeting);  // balls as well
+    CHECK(foresee(falling, kTable, true, one_point(0.05), kSize, kStep).meeting == f.meeting);  // balls as well
 }
 
 TEST_CASE("the point that a turning body closes first says when a pair meets") {
@@ -56,12 +60,12 @@ TEST_CASE("the point that a turning body closes first says when a pair meets") {
     found[0].points[1] = found[0].points[0];
     found[0].points[0].core_a.x() = found[0].points[0].core_b.x() = 0.2;
     found[0].points[1].core_a.x() = found[0].points[1].core_b.x() = -0.2;
-    CHECK(foresight_of(turning, kTable, false, found, kSize, kStep).meeting == Approx(0.02 / 1.8));
+    CHECK(foresee(turning, kTable, false, found, kSize, kStep).meeting == Approx(0.02 / 1.8));
 }
 
 TEST_CASE("a pair that does not meet within the step, or has hardly to go, is looked at once") {
     const auto looks_twice = [](const Vec3& v, const std::vector<Manifold>& found) {
-        const Foresight f = foresight_of(mover({0, 0, 0.3}, v), kTable, false, found, kSize, kStep);
+        const Foresight f = foresee(mover({0, 0, 0.3}, v), kTable, false, found, kSize, kStep);
         return f.meeting > 0 || f.at_end;
     };
     CHECK_FALSE(looks_twice({0, 0, -2}, one_point(0.05)));
@@ -73,22 +77,35 @@ TEST_CASE("a pair that does not meet within the step, or has hardly to go, is lo
 
 TEST_CASE("a pair that touches is foreseen for the step's end if it turns, unless one of it is a ball") {
     const Body turning = mover({0, 0, 0.3}, Vec3::Zero(), {0, 3, 0}), resting = mover({0, 0, 0.3}, Vec3::Zero());
-    const Foresight f = foresight_of(turning, kTable, false, one_point(0), kSize, kStep);
+    const Foresight f = foresee(turning, kTable, false, one_point(0), kSize, kStep);
     CHECK(f.meeting == 0);
     CHECK(f.at_end);
-    CHECK_FALSE(foresight_of(turning, kTable, true, one_point(0), kSize, kStep).at_end);
-    CHECK_FALSE(foresight_of(resting, kTable, false, one_point(-1e-4), kSize, kStep).at_end);
+    CHECK_FALSE(foresee(turning, kTable, true, one_point(0), kSize, kStep).at_end);
+    CHECK_FALSE(foresee(resting, kTable, false, one_point(-1e-4), kSize, kStep).at_end);
+}
+
+TEST_CASE("a capsule that turns about its own axis brings no other features, and is not foreseen for it") {
+    ShapeRecord capsule, ground;
+    capsule.shape = Shape::capsule(0.2, 0.3);
+    capsule.X_BS.R = Mat3(Quat::FromTwoVectors(Vec3::UnitZ(), Vec3::UnitX()));  // its axis along the body's x
+    ground.shape = Shape::box(Vec3(1, 1, 1));
+    Body body = mover({0, 0, 0.3}, Vec3::Zero(), {5, 0.25, 0});
+    CHECK((turning_of(body, capsule, kTable, ground).rate - Vec3(0, 0.25, 0)).norm() < kRounding);
+    CHECK((turning_of(kTable, ground, body, capsule).rate - Vec3(0, -0.25, 0)).norm() < kRounding);
+    capsule.X_BS.p = Vec3(0, 0, 0.1);  // off its body's centre the turn moves it
+    CHECK((turning_of(body, capsule, kTable, ground).rate - body.w).norm() < kRounding);
+    CHECK_FALSE(turning_of(body, capsule, kTable, ground).has_ball);
 }
 
 TEST_CASE("a pair whose nearest points part is foreseen for the step's end if turning may bring others down") {
     const Body rising = mover({0, 0, 0.3}, {0, 0, 1}, {0, 14, 0});
     const Real turned = 14 * kStep * kSize;  // [m]
-    CHECK(foresight_of(rising, kTable, false, one_point(0.9 * turned), kSize, kStep).at_end);
-    CHECK_FALSE(foresight_of(rising, kTable, false, one_point(1.1 * turned), kSize, kStep).at_end);
+    CHECK(foresee(rising, kTable, false, one_point(0.9 * turned), kSize, kStep).at_end);
+    CHECK_FALSE(foresee(rising, kTable, false, one_point(1.1 * turned), kSize, kStep).at_end);
 }
 
 TEST_CASE("a pair that turns and comes from afar is foreseen for when it meets and for the step's end") {
-    const Foresight f = foresight_of(mover({0, 0, 0.3}, {0, 0, -12}, {0, 3, 0}), kTable, false, one_point(0.1), kSize, kStep);
+    const Foresight f = foresee(mover({0, 0, 0.3}, {0, 0, -12}, {0, 3, 0}), kTable, false, one_point(0.1), kSize, kStep);
     CHECK(f.meeting == Approx(0.1 / 12));
     CHECK(f.at_end);
 }
