@@ -208,8 +208,10 @@ Real support(const PlacedShape& s, const Vec3& d) {
             const Lean lean = lean_of(s, d);
             return d.dot(X.p) + std::abs(lean.cos) * shape.half_height + lean.sin * shape.radius;
         }
+        case ShapeType::kHull:
+            return d.dot(X.p) + shape.hull->extent(X.R.transpose() * d);
         default:
-            return d.dot(support_point(s, d));
+            return d.dot(X.p);
     }
 }
 

@@ -297,6 +297,17 @@ int ConvexHull::support(const Vec3& d) const {
     return 0;  // not finite
 }
 
+Real ConvexHull::extent(const Vec3& d) const {
+    const Real* c = coordinates_.data();
+    const Pair x = {d.x(), d.x()}, y = {d.y(), d.y()}, z = {d.z(), d.z()};
+    Pair most = (x * load(c) + y * load(c + 2)) + z * load(c + 4);
+    for (const Real* const end = c + coordinates_.size(); (c += 6) != end;) {
+        const Pair along = (x * load(c) + y * load(c + 2)) + z * load(c + 4);
+        most = along > most ? along : most;
+    }
+    return most[0] > most[1] ? most[0] : most[1];
+}
+
 int ConvexHull::support_of_many(const Vec3& d) const {
     int best = 0;
     Real farthest = d.dot(vertices_[0]);

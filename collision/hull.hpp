@@ -40,6 +40,8 @@ public:
 
     // Index of a vertex farthest along d (need not be unit). Deterministic.
     int support(const Vec3& d) const;
+    // max d·v over the vertices.
+    Real extent(const Vec3& d) const;
 
 private:
     void find_neighbours();
