@@ -23,18 +23,28 @@ constexpr double kPassCost = 0.2;
 // A block of the factor, read twice in a solve; found, when the pairs are others.
 constexpr double kBlockCost = 0.35;
 constexpr double kOrderingCost = 2;
-// Steps' worth of allowance that an island starts with, and may save; of more bodies than a free one has: what comes to rest is not solved
-// again.
-constexpr double kSavings = 40, kSavingsOfMany = 100;
+// Steps' worth of allowance that an island starts with, and may save: the second for many bodies that are at rest, which is not solved
+// again once it is found to stand. A heap that settles does not stand before long.
+constexpr double kSavings = 40, kSavingsAtRest = 100;
 constexpr int kLongestWait = 64;
 // Quiet steps in a row that an island may take without coming to rest before it pays like one that moves: it creeps, and would be
 // factorised in every step.
 constexpr int kPatience = 4;
-constexpr Real kFastSteps = 4;  // of fall, beyond whose speed a body is fast
+constexpr Real kFastSteps = 4;     // of fall, beyond whose speed a body is fast
+constexpr Real kRestSteps = 1e-3;  // of fall, up to whose speed it is at rest
 
 // A model of the textbook's, or a way of stabilising, is asked for: only sequential impulses have them.
 bool asks_for_sequential_impulses(const WorldSettings& settings) {
     return !(settings.model == SiModel{}) || settings.stabilisation != Stabilisation::kSplit;
+}
+
+Real surface_speed(const Body& body) {
+    return body.v.norm() + body.radius * body.w.norm();
+}
+
+// In a step.
+Real speed_of_fall(const WorldData& world, const Body& body, Real dt) {
+    return external_acceleration(world, body).norm() * dt;
 }
 
 Pace pace_of(const WorldData& world, int index, Real dt) {
@@ -42,11 +52,20 @@ Pace pace_of(const WorldData& world, int index, Real dt) {
     const IndexRange bodies = world.islands.bodies(index);
     for (int k = bodies.begin; k < bodies.end; ++k) {
         const Body& body = world.bodies[world.islands.body_list()[k]];
-        const Real speed = body.v.norm() + body.radius * body.w.norm(), of_a_step = external_acceleration(world, body).norm() * dt;
+        const Real speed = surface_speed(body), of_a_step = speed_of_fall(world, body, dt);
         if (speed > kFastSteps * of_a_step) return Pace::kFast;
         if (speed > of_a_step) pace = Pace::kSlow;
     }
     return pace;
+}
+
+bool is_at_rest(const WorldData& world, int index, Real dt) {
+    const IndexRange bodies = world.islands.bodies(index);
+    for (int k = bodies.begin; k < bodies.end; ++k) {
+        const Body& body = world.bodies[world.islands.body_list()[k]];
+        if (surface_speed(body) > kRestSteps * speed_of_fall(world, body, dt)) return false;
+    }
+    return true;
 }
 
 bool has_like_masses(const WorldData& world, int index) {
@@ -69,10 +88,8 @@ void collect_pairs(IslandWorkspace& work, const SiIsland& island) {
     }
 }
 
-DirectState& direct_state(WorldData& world, int index, double allowance) {
-    const IndexRange bodies = world.islands.bodies(index);
-    const double savings = allowance * (bodies.end - bodies.begin > kFreeIsland ? kSavingsOfMany : kSavings);
-    const std::uint32_t key = world.islands.body_list()[bodies.begin];
+DirectState& direct_state(WorldData& world, int index, double allowance, double savings) {
+    const std::uint32_t key = world.islands.body_list()[world.islands.bodies(index).begin];
     const auto [state_of_key, is_new] = [&] {
         const std::lock_guard lock(world.direct_mutex);
         const auto [it, added] = world.direct_states.try_emplace(key);
@@ -153,7 +170,9 @@ SolverPlan choose_solver(WorldData& world, IslandWorkspace& work, int index, con
         return give_to_sweeps(plan, bodies == 1 ? SolverReason::kLoneMover : SolverReason::kLarge);
     }
     const int points = points_of(work.contact_pool, island.contacts).count();
-    DirectState& state = direct_state(world, index, kAllowance * points);
+    const double allowance = kAllowance * points;
+    const bool may_bet = bodies > kFreeIsland && is_at_rest(world, index, dt);
+    DirectState& state = direct_state(world, index, allowance, allowance * (may_bet ? kSavingsAtRest : kSavings));
     if (!quiet) state.restless = 0;
     const bool charged = !forced && (!quiet || bodies > kFreeIsland || state.restless > kPatience);
     if (!forced && (state.wait > 0 || (charged && state.credit <= 0))) {
