@@ -46,7 +46,7 @@ public:
             pass(true);
             residual = update_multipliers(at_start);
         }
-        if (residual > at_start || !is_plausible()) {
+        if (!(residual <= at_start) || !is_plausible()) {
             start_again();
             residual = at_start;
         }

@@ -161,6 +161,29 @@ TEST_CASE("a pile has the same bits on any number of threads") {
     CHECK(run_pile(make_task_system(2)) == alone);
 }
 
+// One large island that is solved directly: columns of its factor, and solves for rows that change, are shared out.
+TEST_CASE("a pyramid that is solved directly has the same bits on any number of threads") {
+    const auto run_pyramid = [](std::shared_ptr<TaskSystem> tasks) {
+        WorldSettings settings;
+        settings.tasks = std::move(tasks);
+        World world(settings);
+        world.add_body(ground(0.6));
+        const int rows = 30;
+        for (int row = 0; row < rows; ++row)
+            for (int k = 0; k < rows - row; ++k) world.add_body(cube(1, {1.04 * (k + 0.5 * row), 0, 0.5 + row}, 1, 0.6));
+        const StepReport first = world.step(kStep);
+        CHECK(first.islands_of[static_cast<int>(SolverChoice::kDirect)] == 1);
+        CHECK(first.factorisations > 0);
+        std::vector<std::uint64_t> hashes{world.hash()};
+        world.step(kStep);
+        hashes.push_back(world.hash());
+        return hashes;
+    };
+    const std::vector<std::uint64_t> alone = run_pyramid(nullptr);
+    for (const int threads : {1, 2, 3, 8}) CHECK(run_pyramid(std::make_shared<StandardThreads>(threads)) == alone);
+    CHECK(run_pyramid(std::make_shared<Backwards>()) == alone);
+}
+
 TEST_CASE("what goes non-finite on several threads is taken out as on one") {
     const auto out = [](std::shared_ptr<TaskSystem> tasks) {
         WorldSettings settings;
