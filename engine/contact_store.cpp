@@ -5,10 +5,11 @@
 namespace cairn {
 namespace {
 
-// A manifold is reused while the pair has moved by less than this share of the smaller shape's size since the narrow phase saw it. Where a
-// body's face owns the normal, the anchors make the separations exact whatever moved; only the outline of the touching area is off. Else
-// the normal ages by as much, and separations by its square.
-constexpr Real kReuse = 2e-3;
+// A manifold is reused while the pair has moved by less than these shares of the smaller shape's size since the narrow phase saw it.
+// Where a body's face owns the normal, the anchors make the separations exact whatever moved; only the outline of the touching area is off.
+// Else the normal itself ages, and hardly any motion is let pass.
+constexpr Real kReuseOwned = 2e-3;
+constexpr Real kReuseUnowned = 1e-6;
 // A point without a partner of its own feature takes the nearest old one within this share of the size.
 constexpr Real kMatchDistance = 0.1;
 
@@ -213,12 +214,14 @@ void ContactStore::remove(std::uint32_t shape_a, std::uint32_t shape_b) {
 
 bool ContactStore::is_reusable(const Contact& c, const Transform& X_AB, Real margin) {
     if (!may_be_reusable(c, margin)) return false;
-    const Real distance = kReuse * c.size;
+    bool owned = true;
+    for (int i = 0; i < c.manifold_count; ++i) owned &= c.manifold(i).owner != NormalOwner::kNone;
+    const Real share = owned ? kReuseOwned : kReuseUnowned, distance = share * c.size;
     // Where they touch: a body's origin may be far away (of a ground), and a turn moves it far.
     const Vec3& touch = c.manifold(0).points[0].core_b_B;
     if ((X_AB * touch - c.X_AB_query * touch).squaredNorm() > distance * distance) return false;
     // ‖R − R₀‖²_F = 8 sin²(θ/2) ≈ 2 θ²
-    return (X_AB.R - c.X_AB_query.R).squaredNorm() <= 2 * kReuse * kReuse;
+    return (X_AB.R - c.X_AB_query.R).squaredNorm() <= 2 * share * share;
 }
 
 void ContactStore::refresh(Contact& c, const Transform& X_WA, const Transform& X_WB) {
