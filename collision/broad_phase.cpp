@@ -140,8 +140,8 @@ struct BroadPhase::Impl {
         for (const ProxyId q : planes)
             if (plane_reaches(proxies[q], box)) return true;
         bool met = false;
-        moving_tree.query(box, [&](ProxyId q) { met |= q != p && box.overlaps(proxies[q].fat); });
-        if (!met) static_tree.query(box, [&](ProxyId q) { met |= box.overlaps(proxies[q].fat); });
+        moving_tree.query(box, [&](ProxyId q) { met |= q != p; });
+        if (!met) static_tree.query(box, [&](ProxyId) { met = true; });
         return met;
     }
 
@@ -166,7 +166,7 @@ struct BroadPhase::Impl {
                 found[k] = {worker, list.size(), list.size()};
                 if (proxies[p].kind == Kind::kFree || proxies[p].is_far) continue;  // one that is far has met nothing
                 visit_overlapping(proxies[p], [&](ProxyId q) {
-                    if (q != p && !(proxies[q].touched && q < p) && overlap(proxies[p], proxies[q])) list.push_back(q);
+                    if (q != p && !(proxies[q].touched && q < p)) list.push_back(q);
                 });
                 found[k].end = list.size();
             }
@@ -292,9 +292,7 @@ void BroadPhase::update_pairs(const std::function<bool(std::uint32_t, std::uint3
 void BroadPhase::query(const Aabb& box, std::vector<ProxyId>& out) const {
     const Impl& s = *impl_;
     out.clear();
-    const auto take = [&](ProxyId id) {
-        if (s.proxies[id].kind == Kind::kPlane || box.overlaps(s.proxies[id].fat)) out.push_back(id);
-    };
+    const auto take = [&](ProxyId id) { out.push_back(id); };
     s.moving_tree.query(box, take);
     s.static_tree.query(box, take);
     for (const ProxyId id : s.planes)

@@ -40,6 +40,13 @@ void DynamicTree::remove(int leaf) {
     --size_;
 }
 
+void DynamicTree::set_box(int leaf, const Aabb& box) {
+    flat_.clear();
+    nodes_[leaf].box = box;
+    for (int node = nodes_[leaf].parent; node >= 0 && !nodes_[node].box.contains(box); node = nodes_[node].parent)
+        nodes_[node].box = nodes_[node].box.merged(box);
+}
+
 void DynamicTree::reinsert(int leaf) {
     flat_.clear();
     detach(leaf);
@@ -196,7 +203,7 @@ Real DynamicTree::refit_in_order(const std::vector<int>& inner_nodes) {
             const int index = nodes_[node].child[side];
             const Node& child = nodes_[index];
             if (child.is_leaf()) leaves += child.box.half_area();
-            flat_.set_child(k, side, child.box, child.is_leaf() ? -1 - child.item() : place_[index]);
+            flat_.set_child(k, side, child.box, child.is_leaf() ? -1 - index : place_[index]);
         }
     }
     return leaves > 0 ? inner / leaves : 0;

@@ -20,11 +20,8 @@ public:
     // Returns the leaf's handle. Allocates, like rebuild, only when the tree grows beyond its largest size so far.
     int insert(const Aabb& box, std::int32_t item);
     void remove(int leaf);
-    // Gives the leaf a new box where it is. Queries find it again after reinsert(leaf), refit_all() or rebuild().
-    void set_box(int leaf, const Aabb& box) {
-        flat_.clear();
-        nodes_[leaf].box = box;
-    }
+    // Gives the leaf a new box where it is. Queries stay right but slow down, until reinsert(leaf) or rebuild().
+    void set_box(int leaf, const Aabb& box);
     // The same for a box inside the one that it had.
     void shrink_box(int leaf, const Aabb& box) { nodes_[leaf].box = box; }
     // Moves the leaf to where its box fits best.
@@ -36,11 +33,14 @@ public:
     std::size_t size() const { return size_; }
     int height() const { return root_ < 0 ? 0 : nodes_[root_].height; }
 
-    // Calls visit(item) for every leaf whose box overlaps `box`, and perhaps for some that are near; the order depends on the tree's
-    // history. Never allocates. May be called by several threads at once.
+    // Calls visit(item) for every leaf whose box overlaps `box`; the order depends on the tree's history. Never allocates. May be called by
+    // several threads at once.
     template <class Visit>
     void query(const Aabb& box, Visit&& visit) const {
-        if (!flat_.empty()) return flat_.query(box, visit);
+        const auto visit_leaf = [&](int leaf) {
+            if (nodes_[leaf].box.overlaps(box)) visit(nodes_[leaf].item());
+        };
+        if (!flat_.empty()) return flat_.query(box, visit_leaf);
         if (root_ >= 0) query_below(root_, box, visit);
     }
 

@@ -18,10 +18,10 @@ public:
     bool empty() const { return nodes_.empty(); }
     // For so many inner nodes; the first is the root.
     void resize(std::size_t inner_nodes) { nodes_.resize(inner_nodes); }
-    // `child`: an inner node, or for a leaf −1 − its item.
+    // `child`: an inner node, or for a leaf −1 − what tells it.
     void set_child(std::size_t node, int side, const Aabb& box, std::int32_t child);
 
-    // Calls visit(item) for every leaf whose box overlaps `box`, and for some that miss it by less than single precision tells.
+    // Calls visit(leaf) for every leaf whose box overlaps `box`, and for some that miss it by less than single precision tells.
     template <class Visit>
     void query(const Aabb& box, Visit&& visit) const {
         if (!nodes_.empty()) query_below(0, asked(box), visit);
