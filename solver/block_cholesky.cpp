@@ -18,7 +18,7 @@
 namespace cairn {
 namespace {
 
-constexpr int kMostOfSupernode = 8;  // of a supernode: what they take from one column is to stay in the first cache
+constexpr int kMostOfSupernode = 8;  // columns of a supernode: what they take from one column is to stay in the first cache
 
 // c −= a bᵀ, all 6 × 6 column-major.
 inline void subtract_product(Real* c, const Real* a, const Real* b) {
@@ -102,7 +102,6 @@ void BlockCholesky::analyse(int n, const std::vector<std::pair<int, int>>& pairs
     }
     values_.resize(36 * rows_.size());
     local_.assign(static_cast<std::size_t>(n), 0);
-    for (std::vector<Vec6>& work : work_) work.clear();
     work_[0].resize(static_cast<std::size_t>(n));
 }
 

@@ -179,7 +179,6 @@ private:
     // could not be factorised.
     bool minimise() {
         for (int k = 0; k < settings_.most_newton_steps; ++k) {
-            s_.changes.clear();
             const bool serves = cache_.has_factor && find_changes();
             if (!serves) {
                 s_.changes.clear();

@@ -1,6 +1,5 @@
 #include "solver/mixed.hpp"
 
-#include "solver/bounce.hpp"
 #include "solver/contact_kernel.hpp"
 #include "solver/mixed_step.hpp"
 #include "solver/mixed_tree.hpp"
@@ -21,25 +20,24 @@ namespace {
 constexpr Real kKeepResponse = 0.05;
 
 // Joints of any graph: by the factor of A.
-class MixedStep : public MixedStepBase {
+class MixedStep final : public MixedStepBase {
 public:
     using MixedStepBase::MixedStepBase;
 
     MixedStart begin();
-    bool substep();  // false: SHAKE does not contract
 
 private:
-    void factor();
+    void renew_joints() override;
     void apply(const std::vector<Real>& lambda) { ws_.rows.apply(lambda.data(), bodies_); }
     void predict_bias();
     Real solve_joints(const Real* bias, std::vector<Real>& sum);
     template <typename Projected, typename Free>
     void solve(const Real* bias, std::vector<Real>& sum, Projected projected_sweep, Free free_sweep);
-    void follow_turn();
-    bool first_solve();
-    bool push();
+    void follow_turn() override;
+    bool first_solve() override;
+    bool push() override;
     bool shake(std::vector<Real>* sum);
-    void second_solve();
+    void second_solve() override;
 
     bool is_projected_ = true;
 };
@@ -47,14 +45,14 @@ private:
 MixedStart MixedStep::begin() {
     const MixedStart start = begin_rows();
     if (start != MixedStart::kReady) return start;
-    factor();
+    renew_joints();
     is_projected_ = ws_.response.gather(ws_.rows, *plan_, contacts_, island_.contacts, bodies_, first(), island_.dynamic_end);
     turned_ = response_turned_ = std::numeric_limits<Real>::infinity();
     follow_turn();
     return MixedStart::kReady;
 }
 
-void MixedStep::factor() {
+void MixedStep::renew_joints() {
     ws_.rows.build(joints_, island_.joints, bodies_);
     ws_.rows.assemble(*plan_, ws_.ldlt);
     ws_.ldlt.factor(settings_.drop);
@@ -175,26 +173,6 @@ void MixedStep::second_solve() {
     solve(
         nullptr, ws_.second, [&] { return ws_.response.sweep_velocities(contacts_, island_.contacts); },
         [&] { return sweep_contact_velocities(contacts_, island_.contacts, bodies_); });
-}
-
-bool MixedStep::substep() {
-    if (probe_) probe_->begin_substep(bodies_, h_);
-    if (island_.has_bounce) {
-        predict_bounces(contacts_, island_.contacts, bodies_, h_, true);
-        turned_ = std::numeric_limits<Real>::infinity();  // rows are built along the normals of the impacts
-        follow_turn();
-    }
-    if (!first_solve() || !push()) return false;
-    finish_drift();
-    if (moved_ > kKeepFactor * size_) factor();
-    advance_blocks(contacts_, island_.contacts, bodies_, h_, admitted_lag(settings_.rebuild_angle, h_));
-    follow_turn();
-    release_contacts(contacts_, island_.contacts);
-    end_push(bodies_, first(), island_.dynamic_end);
-    if (probe_) probe_->note_drift(bodies_, true);
-    second_solve();
-    end_substep();
-    return true;
 }
 
 // kNotSo: the island is as it was.

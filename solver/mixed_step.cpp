@@ -1,5 +1,6 @@
 #include "solver/mixed_step.hpp"
 
+#include "solver/bounce.hpp"
 #include "solver/contact_kernel.hpp"
 #include "solver/rattle_rate.hpp"
 
@@ -146,6 +147,26 @@ void MixedStepBase::note_second() {
     probe_->note_solve(SolveTurn::kSecond, bodies_, contacts_, ws_.rows, ws_.residual);
     build_joints(joints_, island_.joints, bodies_);
     probe_->measure(bodies_, contacts_, contacts_.impulse, joints_);
+}
+
+bool MixedStepBase::substep() {
+    if (probe_) probe_->begin_substep(bodies_, h_);
+    if (island_.has_bounce) {
+        predict_bounces(contacts_, island_.contacts, bodies_, h_, true);
+        turned_ = std::numeric_limits<Real>::infinity();  // rows are built along the normals of the impacts
+        follow_turn();
+    }
+    if (!first_solve() || !push()) return false;
+    finish_drift();
+    if (moved_ > kKeepFactor * size_) renew_joints();
+    advance_blocks(contacts_, island_.contacts, bodies_, h_, admitted_lag(settings_.rebuild_angle, h_));
+    follow_turn();
+    release_contacts(contacts_, island_.contacts);
+    end_push(bodies_, first(), island_.dynamic_end);
+    if (probe_) probe_->note_drift(bodies_, true);
+    second_solve();
+    end_substep();
+    return true;
 }
 
 void MixedStepBase::end_substep() {

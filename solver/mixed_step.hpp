@@ -58,9 +58,18 @@ public:
     // Into how many parts the substep is to be cut for what tension makes of it: a power of two.
     int parts_for_tension();
     void cut(int parts);
+    bool substep();  // false: SHAKE does not contract
     void store(Real warm_scale);
 
 protected:
+    // The parts of a substep that the joints' solution makes.
+    virtual void renew_joints() = 0;
+    virtual void follow_turn() = 0;  // contact rows at the present poses, where they have changed enough
+    virtual bool first_solve() = 0;
+    virtual bool push() = 0;
+    virtual void second_solve() = 0;
+
+    ~MixedStepBase() = default;
     int first() const { return island_.body_begin; }
     MixedStart begin_rows();
     void errors() { ws_.rows.errors(joints_, island_.joints, bodies_, ws_.residual.data()); }

@@ -1,6 +1,5 @@
 #include "solver/mixed_tree.hpp"
 
-#include "solver/bounce.hpp"
 #include "solver/contact_kernel.hpp"
 
 #include <algorithm>
@@ -26,13 +25,13 @@ MixedStart TreeStep::begin() {
     if (!plan_->tree.is_forest || !(largest_gap() <= kMostApart * size_)) return MixedStart::kNotSo;
     ws_.tree.gather(plan_->tree, ws_.rows, first(), island_.dynamic_end);
     if (!ws_.tree_contacts.gather(ws_.tree, contacts_, island_.contacts, first(), island_.dynamic_end)) return MixedStart::kNotSo;
-    build();
+    renew_joints();
     turned_ = std::numeric_limits<Real>::infinity();
     follow_turn();
     return MixedStart::kReady;
 }
 
-void TreeStep::build() {
+void TreeStep::renew_joints() {
     ws_.tree.build(joints_, island_.joints, bodies_);
     if (probe_) ws_.rows.build(joints_, island_.joints, bodies_);
     ++report_.factorisations;
@@ -139,26 +138,6 @@ void TreeStep::second_solve() {
     solve(true);
     ws_.tree_contacts.note_impulses(contacts_, island_.contacts, true, ws_.tree);
     ws_.tree.joint_impulses(bodies_, ws_.second.data());
-}
-
-bool TreeStep::substep() {
-    if (probe_) probe_->begin_substep(bodies_, h_);
-    if (island_.has_bounce) {
-        predict_bounces(contacts_, island_.contacts, bodies_, h_, true);
-        turned_ = std::numeric_limits<Real>::infinity();  // rows are built along the normals of the impacts
-        follow_turn();
-    }
-    if (!first_solve() || !push()) return false;
-    finish_drift();
-    if (moved_ > kKeepFactor * size_) build();
-    advance_blocks(contacts_, island_.contacts, bodies_, h_, admitted_lag(settings_.rebuild_angle, h_));
-    follow_turn();
-    release_contacts(contacts_, island_.contacts);
-    end_push(bodies_, first(), island_.dynamic_end);
-    if (probe_) probe_->note_drift(bodies_, true);
-    second_solve();
-    end_substep();
-    return true;
 }
 
 }  // namespace cairn

@@ -10,23 +10,22 @@
 
 namespace cairn {
 
-class TreeStep : public MixedStepBase {
+class TreeStep final : public MixedStepBase {
 public:
     using MixedStepBase::MixedStepBase;
 
     // kNotSo: no forest, joints are far apart, or contact rows would be too long.
     MixedStart begin();
-    bool substep();  // false: SHAKE does not contract
 
 private:
-    void build();
-    void follow_turn();
+    void renew_joints() override;
+    void follow_turn() override;
     Real predict_bias();
     void solve(bool with_friction);
-    bool first_solve();
-    bool push();
+    bool first_solve() override;
+    bool push() override;
     bool shake(Real near);
-    void second_solve();
+    void second_solve() override;
 };
 
 }  // namespace cairn
