@@ -47,7 +47,8 @@ void foresee(const WorldData& world, NarrowWorkspace& work, const Contact& c, co
         return true;
     };
     if (foresight.meeting > 0 && ask_at(foresight.meeting)) work.fresh.swap(work.foreseen);
-    if (foresight.at_end && ask_at(dt)) add_foreseen(work.fresh, work.foreseen);
+    if (foresight.at_end && may_come_down(a, world.shapes[c.shape_a], b, world.shapes[c.shape_b], turning, work.fresh, dt) && ask_at(dt))
+        add_foreseen(work.fresh, work.foreseen);
 }
 
 void ask_narrow_phase(const WorldData& world, NarrowWorkspace& work, Contact& c, const Transform& X_WA, const Transform& X_WB, Real margin,

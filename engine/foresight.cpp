@@ -1,5 +1,7 @@
 #include "engine/foresight.hpp"
 
+#include "collision/features.hpp"
+
 #include <algorithm>
 
 namespace cairn {
@@ -9,6 +11,9 @@ namespace {
 constexpr Real kLongWay = 0.01;
 // [rad] in the step, of a pair that touches or nearly does, from which on others of its features may come down.
 constexpr Real kTurn = 0.01;
+// Sine of the angle up to which capsules touch side by side (collision/narrow_segments.cpp), at least.
+constexpr Real kParallel = 0.02;
+constexpr Real kRounding = 1e-9;  // of the size
 
 Vec3 velocity_at(const Body& body, const Vec3& point) {
     return body.v + body.w.cross(point - body.X_WB.p);
@@ -52,6 +57,41 @@ Vec3 feature_rate(const Body& body, const ShapeRecord& shape) {
     return body.w - body.w.dot(axis) * axis;
 }
 
+bool axes_may_be_parallel(const Body& a, const ShapeRecord& shape_a, const Body& b, const ShapeRecord& shape_b, Real turn) {
+    const Vec3 axis_a = a.R * shape_a.X_BS.R.col(2), axis_b = b.R * shape_b.X_BS.R.col(2);
+    return axis_a.cross(axis_b).norm() <= kParallel + turn;
+}
+
+// A manifold on a face of a body.
+struct OnFace {
+    const Manifold& m;
+    const Body& face;
+    const Body& body;  // the other one
+    const ShapeRecord& shape;
+    Vec3 rate;  // [rad/s], of `body` against `face`
+    int side;   // 1: `body` is A
+    Vec3 arm(const ManifoldPoint& p) const { return (side > 0 ? p.core_a : p.core_b) - body.X_WB.p; }
+    Real radius(const ManifoldPoint& p) const { return side > 0 ? p.radius_a : p.radius_b; }
+};
+
+// Whether something of the body is below the face at the step's end, and lower than the manifold's points. Over the face, what is at r from
+// the body's centre is then at the height base + r·up_end, to second order in the turn.
+bool face_may_be_met(const OnFace& c, Real dt) {
+    if (c.shape.shape.is_static_only()) return true;
+    const Vec3 up = c.side * c.m.n, turn = dt * c.rate;
+    const Vec3 tilt = up.cross(turn), up_end = up + tilt + 0.5 * tilt.cross(turn);
+    const Vec3 v = c.body.v - velocity_at(c.face, c.body.X_WB.p);
+    const ManifoldPoint& first = c.m.points[0];
+    const Real base = first.separation + c.radius(first) - up.dot(c.arm(first)) + dt * up.dot(v);
+    Real lowest = 0;
+    for (int i = 0; i < c.m.count; ++i) {
+        const ManifoldPoint& p = c.m.points[i];
+        lowest = std::min(lowest, base + up_end.dot(c.arm(p)) - c.radius(p));
+    }
+    const Real down = support({&c.shape.shape, c.body.transform() * c.shape.X_BS}, -up_end) + up_end.dot(c.body.X_WB.p);
+    return base - down < lowest - kRounding * c.shape.size;
+}
+
 }  // namespace
 
 Turning turning_of(const Body& a, const ShapeRecord& shape_a, const Body& b, const ShapeRecord& shape_b) {
@@ -69,6 +109,25 @@ Foresight foresight_of(const Body& a, const Body& b, const Turning& turning, con
     const bool is_near = foresight.meeting > 0 || gap <= spin * dt * size;
     foresight.at_end = is_near && spin * dt >= kTurn && !turning.has_ball;
     return foresight;
+}
+
+bool may_come_down(const Body& a, const ShapeRecord& shape_a, const Body& b, const ShapeRecord& shape_b, const Turning& turning,
+                   const std::vector<Manifold>& found, Real dt) {
+    if (shape_a.shape.type == ShapeType::kCapsule && shape_b.shape.type == ShapeType::kCapsule)
+        return axes_may_be_parallel(a, shape_a, b, shape_b, turning.rate.norm() * dt);
+    return std::any_of(found.begin(), found.end(), [&](const Manifold& m) {
+        switch (m.owner) {
+            case NormalOwner::kA:
+                return face_may_be_met({m, a, b, shape_b, -turning.rate, -1}, dt);
+            case NormalOwner::kB:
+                return face_may_be_met({m, b, a, shape_a, turning.rate, 1}, dt);
+            case NormalOwner::kNone:
+                return true;
+            case NormalOwner::kCores:
+                break;
+        }
+        return false;
+    });
 }
 
 Transform pose_after(const Body& body, Real t) {

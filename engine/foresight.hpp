@@ -6,7 +6,8 @@
 // - when the shapes meet, for a pair that is apart and will meet within the step: what it says then takes the place of what it said of the
 //   start;
 // - at the step's end, for a pair that turns and touches, will meet, or is so near that turning alone may bring other features down: points
-//   that it finds there and that are clear of each other at the start are added, as manifolds of their own.
+//   that it finds there and that are clear of each other at the start are added, as manifolds of their own. Not where what is lowest then
+//   was found already.
 // The points are material, so that they serve at the present poses. Pairs that do neither are not asked twice. Internal to the engine.
 #pragma once
 
@@ -28,6 +29,12 @@ Turning turning_of(const Body& a, const ShapeRecord& shape_a, const Body& b, con
 
 // `found`: at the present poses. `size`: of the smaller shape [m].
 Foresight foresight_of(const Body& a, const Body& b, const Turning& turning, const std::vector<Manifold>& found, Real size, Real dt);
+
+// Whether other features than those of `found`, which are at the present poses, may touch at the step's end: for a pair that touches by an
+// edge of each they may; over a face, if something is below it then that is lower than what was found; capsules' axes must come side by
+// side.
+bool may_come_down(const Body& a, const ShapeRecord& shape_a, const Body& b, const ShapeRecord& shape_b, const Turning& turning,
+                   const std::vector<Manifold>& found, Real dt);
 
 // The body's frame after t at its present velocities.
 Transform pose_after(const Body& body, Real t);

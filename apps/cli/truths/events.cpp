@@ -195,7 +195,7 @@ std::string settles(const Scene& scene, const History& history) {
     }
     if (out > 0) return fmt::format("{} left the container", out);
     if (10 * fast > of) return fmt::format("{} of {} have not settled", fast, of);
-    const Support lying = supported(scene, history, kSlow);
+    const SupportCount lying = supported(scene, history, kSlow);
     if (lying.hovering > std::max(1, lying.of / 100)) return fmt::format("{} of {} slow bodies rest on nothing", lying.hovering, lying.of);
     return {};
 }
@@ -224,8 +224,8 @@ constexpr NamedEvent kEvents[] = {
 
 }  // namespace
 
-Support supported(const Scene& scene, const History& history, Real slow) {
-    Support support;
+SupportCount supported(const Scene& scene, const History& history, Real slow) {
+    SupportCount support;
     const std::size_t last = history.states.size() - 1, looks = slow <= kAtRest && last > 0 ? 2 : 1;
     std::vector<Real> gaps;
     for (const std::vector<std::size_t>& group : jointed_groups(scene).free) {
@@ -250,7 +250,7 @@ std::string missing_event(const Scene& scene, const History& history) {
     const Flight flight = free_flight(scene, history);
     if (flight.off > flight.of / 100) return fmt::format("{} of {} do not fly freely before they touch anything", flight.off, flight.of);
     if (!scene.gravity.isZero(0)) {
-        const Support support = supported(scene, history, kAtRest);
+        const SupportCount support = supported(scene, history, kAtRest);
         if (support.hovering > support.of / 100) return fmt::format("{} of {} at rest lie on nothing", support.hovering, support.of);
     }
     for (const NamedEvent& event : kEvents) {

@@ -97,6 +97,71 @@ TEST_CASE("a capsule that turns about its own axis brings no other features, and
     CHECK_FALSE(turning_of(body, capsule, kTable, ground).has_ball);
 }
 
+namespace {
+
+ShapeRecord record_of(const Shape& shape) {
+    ShapeRecord record;
+    record.shape = shape;
+    record.size = kSize;
+    return record;
+}
+
+// A bar of 1 m along x that touches a box below it with the lower edge of its end at +x, leaning by `lean` about y.
+struct LeaningBar {
+    ShapeRecord shape = record_of(Shape::box({0.5, 0.05, 0.05})), ground = record_of(Shape::box({2, 2, 1}));
+    Body body = mover(Vec3::Zero(), Vec3::Zero());
+    std::vector<Manifold> found;
+
+    explicit LeaningBar(Real lean) {
+        body.X_WB.q = turn(Vec3::UnitY(), lean);
+        body.R = body.X_WB.q.toRotationMatrix();
+        found = one_point(0);
+        found[0].count = 2;
+        body.X_WB.p.z() = -(body.R * Vec3(0.5, 0, -0.05)).z();
+        for (int i = 0; i < 2; ++i) {
+            ManifoldPoint& p = found[0].points[i];
+            p = found[0].points[0];
+            p.core_a = body.X_WB.p + body.R * Vec3(0.5, i == 0 ? 0.05 : -0.05, -0.05);
+            p.core_b = {p.core_a.x(), p.core_a.y(), 0};
+        }
+    }
+    // Turning by `turned` about its lowest edge within the step.
+    bool looks_again(Real turned, bool as_b = false) {
+        body.w = {0, turned / kStep, 0};
+        body.v = body.w.cross(body.X_WB.p - found[0].points[0].core_a);
+        if (!as_b) return may_come_down(body, shape, kTable, ground, {body.w, false}, found, kStep);
+        std::vector<Manifold> other = found;
+        other[0].owner = NormalOwner::kA;
+        other[0].n = -other[0].n;
+        for (int i = 0; i < 2; ++i) std::swap(other[0].points[i].core_a, other[0].points[i].core_b);
+        return may_come_down(kTable, ground, body, shape, {-body.w, false}, other, kStep);
+    }
+};
+
+}  // namespace
+
+TEST_CASE("a bar that turns about the edge that it lies on is looked at again if its other end comes down in the step") {
+    const bool as_b = GENERATE(false, true);
+    LeaningBar bar(0.1);
+    CHECK_FALSE(bar.looks_again(-0.09, as_b));  // 1 cm is left below the other end
+    CHECK(bar.looks_again(-0.11, as_b));
+    CHECK_FALSE(bar.looks_again(0.2, as_b));  // it rises
+}
+
+TEST_CASE("capsules are looked at again if their axes may come side by side in the step, edges always") {
+    ShapeRecord a = record_of(Shape::capsule(0.1, 0.4)), b = a, box = record_of(Shape::box({1, 1, 1}));
+    a.X_BS.R = turn(Vec3::UnitY(), 0.3).toRotationMatrix();
+    Body moving = mover({0, 0, 0.1}, Vec3::Zero());
+    const std::vector<Manifold> found = one_point(0, NormalOwner::kNone);
+    const auto looks_again = [&](Real turned, const ShapeRecord& other) {
+        moving.w = {0, turned / kStep, 0};
+        return may_come_down(moving, a, kTable, other, {moving.w, false}, found, kStep);
+    };
+    CHECK_FALSE(looks_again(0.2, b));
+    CHECK(looks_again(0.3, b));
+    CHECK(looks_again(0.02, box));
+}
+
 TEST_CASE("a pair whose nearest points part is foreseen for the step's end if turning may bring others down") {
     const Body rising = mover({0, 0, 0.3}, {0, 0, 1}, {0, 14, 0});
     const Real turned = 14 * kStep * kSize;  // [m]
