@@ -35,7 +35,7 @@ NarrowResult collide_boxes(Query& q) {
     }
     if (answer == Answer::kFailed) return failed(q);
     if (answer == Answer::kContact && try_manifold(q, hit.n, result)) return result;
-    return collide_convex(q);  // farther apart, or corner to corner
+    return collide_cores(q);  // farther apart, or corner to corner
 }
 
 NarrowResult collide_capsule_box(Query& q) {

@@ -140,7 +140,11 @@ NarrowResult add_bare_point(Query& q, const Vec3& n, const Vec3& near_a) {
 
 NarrowResult collide_convex(Query& q) {
     NarrowResult result;
-    if (try_last_contact(q, result)) return result;
+    return try_last_contact(q, result) ? result : collide_cores(q);
+}
+
+NarrowResult collide_cores(Query& q) {
+    NarrowResult result;
     Found best;
     Vec3 near_a = centre_of(q.a);
     // Cores ever nearer to the shapes; at last the shapes themselves, if they are apart. A capsule's axis lies deep enough as it is: the

@@ -31,6 +31,7 @@ NarrowResult collide_capsules(Query& q);
 NarrowResult collide_capsule_box(Query& q);
 NarrowResult collide_boxes(Query& q);
 NarrowResult collide_convex(Query& q);  // any two bounded convex shapes
+NarrowResult collide_cores(Query& q);   // the same, whatever touched last
 NarrowResult collide_with_plane(Query& q);
 NarrowResult collide_with_mesh(Query& q);
 

@@ -212,16 +212,16 @@ void ContactStore::remove(std::uint32_t shape_a, std::uint32_t shape_b) {
     free_.push_back(slot);
 }
 
-bool ContactStore::is_reusable(const Contact& c, const Transform& X_AB, Real margin) {
+bool ContactStore::is_reusable(const Contact& c, const Transform& X_WA, const Transform& X_WB, Real margin) {
     if (!may_be_reusable(c, margin)) return false;
     bool owned = true;
     for (int i = 0; i < c.manifold_count; ++i) owned &= c.manifold(i).owner != NormalOwner::kNone;
     const Real share = owned ? kReuseOwned : kReuseUnowned, distance = share * c.size;
     // Where they touch: a body's origin may be far away (of a ground), and a turn moves it far.
     const Vec3& touch = c.manifold(0).points[0].core_b_B;
-    if ((X_AB * touch - c.X_AB_query * touch).squaredNorm() > distance * distance) return false;
+    if ((X_WA.to_local(X_WB * touch) - c.X_AB_query * touch).squaredNorm() > distance * distance) return false;
     // ‖R − R₀‖²_F = 8 sin²(θ/2) ≈ 2 θ²
-    return (X_AB.R - c.X_AB_query.R).squaredNorm() <= 2 * share * share;
+    return (X_WA.R.transpose() * X_WB.R - c.X_AB_query.R).squaredNorm() <= 2 * share * share;
 }
 
 void ContactStore::refresh(Contact& c, const Transform& X_WA, const Transform& X_WB) {

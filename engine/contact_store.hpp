@@ -98,9 +98,9 @@ public:
     const std::vector<Contact>& slots() const { return slots_; }
     std::size_t size() const { return slots_.size() - free_.size(); }
 
-    // True if the pair moved so little since the narrow phase was asked that its manifolds still hold. X_AB: B in A now; margin: wanted
-    // now.
-    static bool is_reusable(const Contact& contact, const Transform& X_AB, Real margin);
+    // True if the pair moved so little since the narrow phase was asked that its manifolds still hold. The bodies' poses and the margin are
+    // those of now.
+    static bool is_reusable(const Contact& contact, const Transform& X_WA, const Transform& X_WB, Real margin);
     // False where no pose would make it so.
     static bool may_be_reusable(const Contact& contact, Real margin) {
         return !contact.fresh && contact.manifold_count > 0 && margin <= contact.query_margin;

@@ -28,7 +28,7 @@ NarrowResult collide(const WorldData& world, NarrowWorkspace& work, const Contac
     const ShapeRecord &a = world.shapes[c.shape_a], &b = world.shapes[c.shape_b];
     out.clear();
     const std::uint64_t calls_before = work.stats.fcl_calls;
-    const NarrowResult result = collide_shapes({&a.shape, X_WA * a.X_BS}, {&b.shape, X_WB * b.X_BS}, margin, cache, out, work.stats);
+    const NarrowResult result = collide_shapes({&a.shape, a.pose(X_WA)}, {&b.shape, b.pose(X_WB)}, margin, cache, out, work.stats);
     if (world.clock.on()) count_query(work, a.shape.type, b.shape.type, work.stats.fcl_calls - calls_before);
     return result;
 }
@@ -36,6 +36,7 @@ NarrowResult collide(const WorldData& world, NarrowWorkspace& work, const Contac
 // Takes into work.fresh what the pair will touch with within the step.
 void foresee(const WorldData& world, NarrowWorkspace& work, const Contact& c, const Transform& X_WA, const Transform& X_WB, Real margin,
              Real dt) {
+    if (work.fresh.empty()) return;
     const Body &a = world.bodies[c.body_a], &b = world.bodies[c.body_b];
     const Turning turning = turning_of(a, world.shapes[c.shape_a], b, world.shapes[c.shape_b]);
     const Foresight foresight = foresight_of(a, b, turning, work.fresh, c.size, dt);
@@ -99,7 +100,7 @@ ShapeMotion motion_of(const WorldData& world, std::uint32_t shape, Real dt) {
     motion.moves = is_moving(body);
     motion.step = body.type == BodyType::kStatic ? ShapeMotion::kStatic : world.motion_step;
     if (record.shape.type != ShapeType::kPlane) {
-        motion.tight = shape_aabb(record.shape, body.transform() * record.X_BS);
+        motion.tight = shape_aabb(record.shape, record.pose(body.transform()));
     } else {
         motion.tight.hi = Vec3::Constant(std::numeric_limits<Real>::infinity());
         motion.tight.lo = -motion.tight.hi;
@@ -135,8 +136,7 @@ void update_contact(const WorldData& world, NarrowWorkspace& work, Contact& c, s
         return;
     }
     const Transform X_WA = a.transform(), X_WB = b.transform();
-    if (ContactStore::always_holds(c) ||
-        (ContactStore::may_be_reusable(c, margin) && ContactStore::is_reusable(c, relative_pose(X_WA, X_WB), margin))) {
+    if (ContactStore::always_holds(c) || (ContactStore::may_be_reusable(c, margin) && ContactStore::is_reusable(c, X_WA, X_WB, margin))) {
         ContactStore::refresh(c, X_WA, X_WB);
         ++work.reused;
     } else {

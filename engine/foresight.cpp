@@ -88,7 +88,7 @@ bool face_may_be_met(const OnFace& c, Real dt) {
         const ManifoldPoint& p = c.m.points[i];
         lowest = std::min(lowest, base + up_end.dot(c.arm(p)) - c.radius(p));
     }
-    const Real down = support({&c.shape.shape, c.body.transform() * c.shape.X_BS}, -up_end) + up_end.dot(c.body.X_WB.p);
+    const Real down = support({&c.shape.shape, c.shape.pose(c.body.transform())}, -up_end) + up_end.dot(c.body.X_WB.p);
     return base - down < lowest - kRounding * c.shape.size;
 }
 

@@ -34,7 +34,7 @@ void find_room(const WorldData& world, Body& body) {
 
 // What must stay covered of a shape through the step.
 Aabb covered(const Body& body, const ShapeRecord& record, Real reach, Real dt) {
-    return shape_aabb(record.shape, body.transform() * record.X_BS).swept(dt * body.v).grown(reach);
+    return shape_aabb(record.shape, record.pose(body.transform())).swept(dt * body.v).grown(reach);
 }
 
 // Whether move_proxies would do anything.

@@ -116,6 +116,7 @@ void add_shapes(WorldData& world, std::uint32_t index, const std::vector<Shape>&
         record.body = index;
         record.index = i;
         record.X_BS = Transform(shapes[i].X_BS);
+        record.at_body = record.X_BS.R == Mat3::Identity() && record.X_BS.p == Vec3::Zero();
         record.size = least_extent(shapes[i]);
         record.spin_radius = shapes[i].type == ShapeType::kSphere ? shapes[i].X_BS.p.norm() : radius_of(shapes[i]);
         body.radius = std::max(body.radius, radius_of(shapes[i]));
@@ -124,7 +125,7 @@ void add_shapes(WorldData& world, std::uint32_t index, const std::vector<Shape>&
             const Vec3 n = body.R * shapes[i].normal;
             record.proxy = world.broad_phase.add_plane(n, shapes[i].offset + n.dot(body.X_WB.p), body.shape_begin + i);
         } else {
-            record.proxy = world.broad_phase.add(shape_aabb(shapes[i], body.transform() * record.X_BS), body.type == BodyType::kStatic,
+            record.proxy = world.broad_phase.add(shape_aabb(shapes[i], record.pose(body.transform())), body.type == BodyType::kStatic,
                                                  body.shape_begin + i);
         }
         world.shapes[body.shape_begin + i] = record;

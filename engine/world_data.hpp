@@ -99,8 +99,11 @@ struct ShapeRecord {
     std::uint32_t index = 0;  // among its body's shapes
     ProxyId proxy = kNoProxy;
     Transform X_BS;
+    bool at_body = false;  // X_BS is the identity
     Real size = 0;         // [m], smallest extent (planes and meshes: unbounded)
     Real spin_radius = 0;  // [m], how far the farthest point moves when the body turns by a radian
+
+    Transform pose(const Transform& X_WB) const { return at_body ? X_WB : X_WB * X_BS; }
 };
 
 // What the pass over all pairs reads of a shape; of those in a contact alone, once a step.
@@ -233,7 +236,7 @@ struct WorldData {
     // Scratch of a step: kept for its memory.
     Team* team = nullptr;  // that does the step; null: the calling thread alone
     std::vector<ProxyPair> begun, ended;
-    std::vector<std::uint8_t> leaving;  // of each awake body: whether it leaves its boxes
+    std::vector<std::uint8_t> leaving;    // of each awake body: whether it leaves its boxes
     std::vector<NarrowWorkspace> narrow;  // one per worker
     std::uint32_t contacts_updated = 0;
     IslandBuilder islands;

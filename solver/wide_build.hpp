@@ -127,7 +127,8 @@ CAIRN_WIDE_INLINE void build_rows(const WideView& s, int k, Lanes lanes, const B
 }
 
 // Normals and tangents of a batch at the present poses.
-CAIRN_WIDE_INLINE void orient(const WideView& s, int k, SomeLanes lanes, const BatchPose& a, const BatchPose& b) {
+template <typename Lanes>
+CAIRN_WIDE_INLINE void orient(const WideView& s, int k, Lanes lanes, const BatchPose& a, const BatchPose& b) {
     WideBatch& batch = s.batches[k];
     const WideBatchBuild& build = s.builds[k];
     const M4 turns_with_a = load(build.turns_with_a) != 0, turns_with_b = load(build.turns_with_b) != 0;
@@ -142,6 +143,13 @@ CAIRN_WIDE_INLINE void orient(const WideView& s, int k, SomeLanes lanes, const B
     }
 }
 
+template <typename Lanes>
+CAIRN_WIDE_INLINE void renew(const WideView& s, int k, Lanes lanes) {
+    const BatchPose a = pose_of(s, s.batches[k].a), b = pose_of(s, s.batches[k].b);
+    orient(s, k, lanes, a, b);
+    build_rows(s, k, lanes, a, b);
+}
+
 static void build(const WideView& s, int begin, int end) {
     for (int k = begin; k < end; ++k) build_rows(s, k, AllLanes{}, pose_of(s, s.batches[k].a), pose_of(s, s.batches[k].b));
 }
@@ -154,16 +162,15 @@ static void advance(const WideView& s, int begin, int end, double h, double tole
         const V4 turned_a = {poses[batch.a[0]].turned, poses[batch.a[1]].turned, poses[batch.a[2]].turned, poses[batch.a[3]].turned};
         const V4 turned_b = {poses[batch.b[0]].turned, poses[batch.b[1]].turned, poses[batch.b[2]].turned, poses[batch.b[3]].turned};
         const M4 turns = turned_a - load(build.built_turn_a) + turned_b - load(build.built_turn_b) > tolerance;
-        if (any(~turns)) {
-            const BatchVelocity u = velocity_of(s, batch);
-            const Vec n = load(batch.n);
-            for (int p = batch.first; p < batch.first + batch.count; ++p)
-                save(s.points[p].separation, load(s.points[p].separation) + all(h) * along(u, n, s.normals[p]));
+        if (!any(~turns)) {
+            renew(s, k, AllLanes{});
+            continue;
         }
-        if (!any(turns)) continue;
-        const BatchPose a = pose_of(s, batch.a), b = pose_of(s, batch.b);
-        orient(s, k, {turns}, a, b);
-        build_rows(s, k, SomeLanes{turns}, a, b);
+        const BatchVelocity u = velocity_of(s, batch);
+        const Vec n = load(batch.n);
+        for (int p = batch.first; p < batch.first + batch.count; ++p)
+            save(s.points[p].separation, load(s.points[p].separation) + all(h) * along(u, n, s.normals[p]));
+        if (any(turns)) renew(s, k, SomeLanes{turns});
     }
 }
 

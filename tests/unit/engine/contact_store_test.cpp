@@ -196,29 +196,29 @@ TEST_CASE("a manifold is reused within a small share of the size and not beyond"
     const Transform X_WA = at({0, 0, size / 2}), X_AB = at({0, 0, -size / 2});
     const Manifold m = four_points(X_WA, size / 2);
     ContactStore::replace(c, &m, 1, X_WA, {});
-    CHECK_FALSE(ContactStore::is_reusable(c, X_AB, 0));  // fresh: never asked
+    CHECK_FALSE(ContactStore::is_reusable(c, Transform(), X_AB, 0));  // fresh: never asked
     asked(c, X_AB, 0.01);
 
-    CHECK(ContactStore::is_reusable(c, X_AB, 0.01));
-    CHECK(ContactStore::is_reusable(c, X_AB, 0.001));
+    CHECK(ContactStore::is_reusable(c, Transform(), X_AB, 0.01));
+    CHECK(ContactStore::is_reusable(c, Transform(), X_AB, 0.001));
     // A margin that grew might need points that were not asked for.
-    CHECK_FALSE(ContactStore::is_reusable(c, X_AB, 0.0101));
+    CHECK_FALSE(ContactStore::is_reusable(c, Transform(), X_AB, 0.0101));
 
     // Where the face of a body owns the normal: 2e-3 of the size, 2e-3 rad.
     const Vec3 d = Vec3(1, -1, 1).normalized();
-    CHECK(ContactStore::is_reusable(c, at(X_AB.p + 1.9e-3 * size * d), 0.01));
-    CHECK_FALSE(ContactStore::is_reusable(c, at(X_AB.p + 2.1e-3 * size * d), 0.01));
-    CHECK(ContactStore::is_reusable(c, at(X_AB.p, turn(d, 1.9e-3)), 0.01));
-    CHECK_FALSE(ContactStore::is_reusable(c, at(X_AB.p, turn(d, 2.1e-3)), 0.01));
+    CHECK(ContactStore::is_reusable(c, Transform(), at(X_AB.p + 1.9e-3 * size * d), 0.01));
+    CHECK_FALSE(ContactStore::is_reusable(c, Transform(), at(X_AB.p + 2.1e-3 * size * d), 0.01));
+    CHECK(ContactStore::is_reusable(c, Transform(), at(X_AB.p, turn(d, 1.9e-3)), 0.01));
+    CHECK_FALSE(ContactStore::is_reusable(c, Transform(), at(X_AB.p, turn(d, 2.1e-3)), 0.01));
 
     // Where nobody owns it, a thousandth of a part of that.
     c.manifold(0).owner = NormalOwner::kNone;
-    CHECK(ContactStore::is_reusable(c, X_AB, 0.01));
-    CHECK_FALSE(ContactStore::is_reusable(c, at(X_AB.p + 2e-6 * size * d), 0.01));
-    CHECK_FALSE(ContactStore::is_reusable(c, at(X_AB.p, turn(d, 2e-6)), 0.01));
+    CHECK(ContactStore::is_reusable(c, Transform(), X_AB, 0.01));
+    CHECK_FALSE(ContactStore::is_reusable(c, Transform(), at(X_AB.p + 2e-6 * size * d), 0.01));
+    CHECK_FALSE(ContactStore::is_reusable(c, Transform(), at(X_AB.p, turn(d, 2e-6)), 0.01));
 
     ContactStore::clear(c);
-    CHECK_FALSE(ContactStore::is_reusable(c, X_AB, 0.01));
+    CHECK_FALSE(ContactStore::is_reusable(c, Transform(), X_AB, 0.01));
 }
 
 TEST_CASE("what moved is measured where they touch, however far away the origin of a ground is") {
@@ -233,9 +233,9 @@ TEST_CASE("what moved is measured where they touch, however far away the origin 
     asked(c, ground_in(X_WA), 0.01);
     // A turn about the body itself, by 1.5e-3 rad: the ground's origin goes 0.19 m, what touches a thousandth of that.
     const Vec3 axis = Vec3(1, 2, -1).normalized();
-    CHECK(ContactStore::is_reusable(c, ground_in(at(X_WA.p, turn(axis, 1.5e-3))), 0.01));
-    CHECK_FALSE(ContactStore::is_reusable(c, ground_in(at(X_WA.p, turn(axis, 2.5e-3))), 0.01));
-    CHECK_FALSE(ContactStore::is_reusable(c, ground_in(at(X_WA.p + Vec3(3e-3 * size, 0, 0))), 0.01));
+    CHECK(ContactStore::is_reusable(c, Transform(), ground_in(at(X_WA.p, turn(axis, 1.5e-3))), 0.01));
+    CHECK_FALSE(ContactStore::is_reusable(c, Transform(), ground_in(at(X_WA.p, turn(axis, 2.5e-3))), 0.01));
+    CHECK_FALSE(ContactStore::is_reusable(c, Transform(), ground_in(at(X_WA.p + Vec3(3e-3 * size, 0, 0))), 0.01));
 }
 
 TEST_CASE("a refreshed vertex over a face has its exact separation, whichever body turned") {
