@@ -63,12 +63,12 @@ Pull external_pull(const SolverBodies& bodies, const ContactBlock& block, Real d
     return {pull - block.n * block.n.dot(pull), dt * std::sqrt(std::max(a.squaredNorm(), b.squaredNorm()))};
 }
 
-Vec3 slip_velocity(const SolverBodies& bodies, const ContactBlock& block, const Vec3& point) {
+Vec3 slip_velocity(const SolverBodies& bodies, const Vec3& n, const ContactBlock& block, const Vec3& point) {
     const auto velocity = [&](int i) -> Vec3 { return bodies.velocity[i].v + bodies.velocity[i].w.cross(point - bodies.motion[i].x); };
     const Vec3 v = block.b == kImmovable   ? velocity(block.a)
                    : block.a == kImmovable ? Vec3(-velocity(block.b))
                                            : Vec3(velocity(block.a) - velocity(block.b));
-    return v - block.n * block.n.dot(v);
+    return v - n * n.dot(v);
 }
 
 NormalFrame normal_frame(NormalOwner owner) {
@@ -129,28 +129,25 @@ void build_manifold(const WorldData& world, IslandWorkspace& work, Real dt, cons
     }
     const Pull pull = external_pull(work.solver_bodies, block, dt);
     const Transform X_WA(work.solver_bodies.motion[a.index].R, work.solver_bodies.motion[a.index].x);
-    for (int i = 0; i < m.count; ++i) {
-        const CachedPoint& p = m.points[i];
-        const PointGeometry g{a.point(p.core_a_A), b.point(p.core_b_B), p.radius_a, p.radius_b};
-        pool.geometry[block.first + i] = g;
-        if (block.friction < 0) continue;
-        const Vec3 slip = slip_velocity(work.solver_bodies, block, X_WA * g.core_a_A - g.radius_a * m.n);
-        pool.frictions[block.friction + 2 * i].t = model_tangent(friction, m.n, slip, pull.tangential, pull.scale, p.t1);
-    }
-    orient_block(pool, block, work.solver_bodies);
+    orient_normal(block, work.solver_bodies);
     for (int i = 0; i < m.count; ++i) {
         CachedPoint& p = m.points[i];
+        PointGeometry& g = pool.geometry[block.first + i];
+        g.core_a_A = a.point(p.core_a_A);
+        g.core_b_B = b.point(p.core_b_B);
+        g.radius_a = p.radius_a;
+        g.radius_b = p.radius_b;
         WarmImpulse& warm = pool.warm[block.first + i];
         warm = {p.warm_position, p.warm_velocity};
-        if (block.friction >= 0) {
-            const FrictionRow* rows = &pool.frictions[block.friction + 2 * i];
-            const int directions = friction == FrictionModel::kOneDirection ? 1 : 2;
-            for (int j = 0; j < directions; ++j) {
-                warm.friction[j] = rows[j].t.dot(p.warm_friction);
-                warm.friction_first[j] = rows[j].t.dot(p.warm_friction_first);
-            }
-            p.t1 = rows[0].t;
-        }
+        if (block.friction < 0) continue;
+        const Vec3 slip = slip_velocity(work.solver_bodies, m.n, block, X_WA * g.core_a_A - g.radius_a * m.n);
+        g.t1 = p.t1 = tangent_along(model_tangent(friction, m.n, slip, pull.tangential, pull.scale, p.t1), block.n);
+        warm.friction[0] = g.t1.dot(p.warm_friction);
+        warm.friction_first[0] = g.t1.dot(p.warm_friction_first);
+        if (friction == FrictionModel::kOneDirection) continue;
+        const Vec3 t2 = block.n.cross(g.t1);
+        warm.friction[1] = t2.dot(p.warm_friction);
+        warm.friction_first[1] = t2.dot(p.warm_friction_first);
     }
     pool.blocks[place.block++] = block;
 }

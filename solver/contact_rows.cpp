@@ -113,6 +113,12 @@ void warm_start(ContactPool& pool, BlockRange range, SolverBodies& bodies, Norma
     }
 }
 
+void set_tangents(ContactPool& pool, const ContactBlock& block, int i, const Vec3& t1) {
+    FrictionRow* friction = &pool.frictions[block.friction + 2 * i];
+    friction[0].t = t1;
+    friction[1].t = block.n.cross(t1);
+}
+
 inline void set_point_row(PointRow& row, const Vec3& direction, const Vec3& r_a, const Vec3& r_b, const BodyMotion& a,
                           const BodyMotion& b) {
     Real s = a.inv_mass + b.inv_mass;
@@ -162,20 +168,17 @@ PointRow make_point_row(const Vec3& direction, const Vec3& r_a, const Vec3& r_b,
     return row;
 }
 
-void orient_block(ContactPool& pool, ContactBlock& block, const SolverBodies& bodies) {
+void orient_normal(ContactBlock& block, const SolverBodies& bodies) {
     if (block.frame == NormalFrame::kA) block.n = bodies.motion[block.a].R * block.n_local;
     if (block.frame == NormalFrame::kB) block.n = bodies.motion[block.b].R * block.n_local;
-    const Vec3 n = block.n;
-    for (int i = 0; i < block.count && block.friction >= 0; ++i) {
-        FrictionRow* friction = &pool.frictions[block.friction + 2 * i];
-        // Projecting leaves an error of 1e-16 of t along n; of what is left of t it may be a thousand times as much, no more. A slip may be
-        // slow: its direction counts, not its length.
-        Vec3 t1 = friction[0].t - n * n.dot(friction[0].t);
-        const Real length = t1.norm();
-        t1 = length > kLeastTangent * friction[0].t.norm() ? Vec3(t1 / length) : any_perpendicular(n);
-        friction[0].t = t1;
-        friction[1].t = n.cross(t1);
-    }
+}
+
+// Projecting leaves an error of 1e-16 of t along n; of what is left of t it may be a thousand times as much, no more. A slip may be slow:
+// its direction counts, not its length.
+Vec3 tangent_along(const Vec3& direction, const Vec3& n) {
+    const Vec3 t = direction - n * n.dot(direction);
+    const Real length = t.norm();
+    return length > kLeastTangent * direction.norm() ? Vec3(t / length) : any_perpendicular(n);
 }
 
 void build_rows(ContactPool& pool, ContactBlock& block, const SolverBodies& bodies) {
@@ -226,12 +229,15 @@ void build_contacts(ContactPool& pool, BlockRange range, const SolverBodies& bod
             pool.normals[p] = {};
             pool.impulse[p] = pool.total[p] = {};
         }
+        for (int i = 0; i < block.count && block.friction >= 0; ++i) set_tangents(pool, block, i, pool.geometry[block.first + i].t1);
         build_rows(pool, block, bodies);
     }
 }
 
 void build_block(ContactPool& pool, ContactBlock& block, const SolverBodies& bodies) {
-    orient_block(pool, block, bodies);
+    orient_normal(block, bodies);
+    for (int i = 0; i < block.count && block.friction >= 0; ++i)
+        set_tangents(pool, block, i, tangent_along(pool.frictions[block.friction + 2 * i].t, block.n));
     build_rows(pool, block, bodies);
 }
 

@@ -51,6 +51,7 @@ struct PointGeometry {
     Vec3 core_b_B = Vec3::Zero();
     Real radius_a = 0;
     Real radius_b = 0;
+    Vec3 t1 = Vec3::UnitX();  // unit tangent at the start of the step, from which friction rows take theirs
 };
 
 // The accumulated impulses of a point [N s].
@@ -139,17 +140,19 @@ struct PointRange {
 };
 PointRange points_of(const ContactPool& pool, BlockRange range);
 
-// Normal and tangents of a block at the current poses. `t1` of a point is kept in its friction row's t and projected on the new tangent
-// plane.
-void orient_block(ContactPool& pool, ContactBlock& block, const SolverBodies& bodies);
+// The normal of a block at the current poses.
+void orient_normal(ContactBlock& block, const SolverBodies& bodies);
+
+// A unit tangent: `direction` [any length] projected on the plane across n, or where that says nothing some vector of the plane.
+Vec3 tangent_along(const Vec3& direction, const Vec3& n);
 
 // Rows and separations of a block from its geometry, normal and tangents at the current poses.
 void build_rows(ContactPool& pool, ContactBlock& block, const SolverBodies& bodies);
 
-// The same for all blocks of a range that have been oriented; impulses and totals start at 0.
+// The same for all blocks of a range, whose normals and first tangents have been set; impulses and totals start at 0.
 void build_contacts(ContactPool& pool, BlockRange range, const SolverBodies& bodies);
 
-// Orients a block and builds its rows.
+// Rebuilds a block's rows along the normal at the current poses, and its tangents projected on the new tangent plane.
 void build_block(ContactPool& pool, ContactBlock& block, const SolverBodies& bodies);
 
 // Rebuilds the blocks whose bodies have turned by more than `tolerance` [rad] since their rows were built. The separations of the others

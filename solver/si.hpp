@@ -71,8 +71,8 @@ bool plan_wide(WideContacts& wide, const ContactPool& contacts, const SiIsland& 
                const SolverBodies* bodies = nullptr, Team* team = nullptr);
 
 // Steps one island by dt. Warm impulses must be set (those of one substep); totals are filled. Rows must be built, totals be 0, but for
-// contacts that `wide` has planned: they need to be oriented only (contact_rows.hpp), and the same impulses stay in `wide` (result,
-// unpack). `probe`, if any, is told what the solves do.
+// contacts that `wide` has planned: they need normals and first tangents only (contact_rows.hpp), and the same impulses stay in `wide`
+// (result, unpack). `probe`, if any, is told what the solves do.
 SiReport solve_island_si(SolverBodies& bodies, ContactPool& contacts, JointPool& joints, const SiIsland& island, Real dt,
                          const SiSettings& settings, WideContacts* wide = nullptr, IslandProbe* probe = nullptr);
 

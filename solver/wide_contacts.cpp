@@ -215,7 +215,6 @@ void WideContacts::prefetch_blocks(const ContactPool& pool, int k) const {
         const ContactBlock& block = pool.blocks[block_of(k, l)];
         prefetch_lines(&pool.geometry[block.first], block.count);
         prefetch_lines(&pool.warm[block.first], block.count);
-        for (int i = 0; i < 2 * block.count && block.friction >= 0; ++i) prefetch_lines(&pool.frictions[block.friction + i].t, 1);
     }
 }
 
@@ -261,8 +260,10 @@ void WideContacts::pack_point(const ContactPool& pool, const ContactBlock& block
     w.position.lane[lane] = warm.position;
     w.velocity.lane[lane] = warm.velocity;
     const bool rubs = warm.friction[0] != 0 || warm.friction[1] != 0;
-    for (int j = 0; j < 2 && block.friction >= 0; ++j) {
-        set(frictions_[batch.friction + 2 * i + j].t, lane, pool.frictions[block.friction + 2 * i + j].t);
+    if (block.friction < 0) return;
+    set(frictions_[batch.friction + 2 * i].t, lane, geometry.t1);
+    set(frictions_[batch.friction + 2 * i + 1].t, lane, block.n.cross(geometry.t1));
+    for (int j = 0; j < 2; ++j) {
         w.friction[j].lane[lane] = warm.friction[j];
         w.friction_first[j].lane[lane] = rubs ? warm.friction_first[j] : 0;
     }

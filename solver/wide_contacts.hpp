@@ -32,8 +32,8 @@ public:
     bool plan(const ContactPool& pool, BlockRange range, int body_begin, int body_end, const SolverBodies* bodies = nullptr,
               Team* team = nullptr);
 
-    // Takes over the planned blocks, oriented (orient_block), with their warm impulses, and builds their rows at the poses of the bodies
-    // [begin, end); totals start at 0. Asks nothing of the pool's rows but their tangents.
+    // Takes over the planned blocks, with normals, first tangents and warm impulses, and builds their rows at the poses of the bodies
+    // [begin, end); totals start at 0. Asks nothing of the pool's rows.
     void pack(const ContactPool& pool, SolverBodies& bodies, int begin, int end);
     // What a step leaves of a point: the i-th of the block in a lane of a batch. Tangents are those of the last rows.
     struct Result {

@@ -144,10 +144,20 @@ struct Island {
         contacts.impulse.resize(count);
         contacts.total.resize(count);
         contacts.geometry.insert(contacts.geometry.end(), points.begin(), points.end());
-        build_block(contacts, block, bodies);
+        renew(block);
         contacts.blocks.push_back(block);
         range.contacts.end = static_cast<int>(contacts.blocks.size());
         range.has_bounce = range.has_bounce || restitution > 0;
+    }
+
+    // What a step starts with: rows at the present poses.
+    void renew_contacts() {
+        for (ContactBlock& block : contacts.blocks) renew(block);
+    }
+    void renew(ContactBlock& block) {
+        build_block(contacts, block, bodies);
+        for (int i = 0; i < block.count && block.friction >= 0; ++i)
+            contacts.geometry[block.first + i].t1 = contacts.frictions[block.friction + 2 * i].t;
     }
 
     SiReport step(Real dt, const SiSettings& settings, WideContacts* wide = nullptr, IslandProbe* probe = nullptr) {

@@ -55,6 +55,7 @@ Island after_steps(Island island, Team* team, int& parts) {
         parts = memory.part_count();
         island.step(1.0 / 60, settings, &memory);
         memory.unpack(island.contacts);
+        island.renew_contacts();
     }
     return island;
 }
