@@ -155,11 +155,13 @@ void build_manifold(const WorldData& world, IslandWorkspace& work, Real dt, cons
 // One after the other; kinematic bodies are added to the island as they are met.
 void build_in_turn(WorldData& world, IslandWorkspace& work, Real dt, const std::uint32_t* slots, int count, SiIsland& island) {
     ContactPool& pool = work.contact_pool;
+    std::vector<Contact>& contacts = world.contacts.slots();
     SolverBody a, b;
     ContactPlace place{pool.blocks.size(), pool.point_count, pool.friction_count};
     for (int k = 0; k < count; ++k) {
-        Contact& c = world.contacts.slots()[slots[k]];
-        if (k + kPrefetchAhead < count) prefetch_manifold(world.contacts.slots()[slots[k + kPrefetchAhead]]);
+        Contact& c = contacts[slots[k]];
+        if (k + 2 * kPrefetchAhead < count) prefetch_contact(contacts[slots[k + 2 * kPrefetchAhead]]);
+        if (k + kPrefetchAhead < count) prefetch_manifold(contacts[slots[k + kPrefetchAhead]]);
         set_solver_body(world, work, c.body_a, island, a);
         set_solver_body(world, work, c.body_b, island, b);
         for (int i = 0; i < c.manifold_count; ++i) {
@@ -171,7 +173,7 @@ void build_in_turn(WorldData& world, IslandWorkspace& work, Real dt, const std::
             pool.point_count = place.point;
             pool.friction_count = place.friction;
             if (world.has_spin_friction && world.settings.model.friction != FrictionModel::kNone) add_spin(world, pool, c, m);
-            work.block_sources.push_back({slots[k], static_cast<std::uint32_t>(i)});
+            work.block_sources.push_back({slots[k], &m});
         }
     }
     island.has_bounce |= place.has_bounce;
@@ -202,12 +204,13 @@ void build_side_by_side(WorldData& world, IslandWorkspace& work, Real dt, const 
         SolverBody a, b;
         for (std::size_t k = begin; k < end; ++k) {
             Contact& c = contacts[slots[k]];
+            if (k + 2 * kPrefetchAhead < end) prefetch_contact(contacts[slots[k + 2 * kPrefetchAhead]]);
             if (k + kPrefetchAhead < end) prefetch_manifold(contacts[slots[k + kPrefetchAhead]]);
             find_solver_body(world, work, c.body_a, a);
             find_solver_body(world, work, c.body_b, b);
             for (int i = 0; i < c.manifold_count; ++i) {
                 if (c.manifold(i).count == 0) continue;
-                work.block_sources[at.block] = {slots[k], static_cast<std::uint32_t>(i)};
+                work.block_sources[at.block] = {slots[k], &c.manifold(i)};
                 build_manifold(world, work, dt, c, c.manifold(i), a, b, at);
             }
         }
@@ -228,9 +231,8 @@ void store_friction(CachedPoint& p, const WarmImpulse& warm, const Vec3& t1, con
     p.warm_friction = warm.friction[0] * t1 + warm.friction[1] * t2;
 }
 
-CachedManifold& source_of(WorldData& world, IslandWorkspace& work, int block) {
-    const auto& source = work.block_sources[block];
-    return world.contacts.slots()[source.contact].manifold(static_cast<int>(source.manifold));
+CachedManifold& source_of(const IslandWorkspace& work, int block) {
+    return *work.block_sources[block].manifold;
 }
 
 void prefetch_points(const CachedManifold& m, int count) {
@@ -240,16 +242,15 @@ void prefetch_points(const CachedManifold& m, int count) {
 }
 
 // Batches take their blocks from anywhere, so the manifolds of those to come are asked for.
-void store_wide(WorldData& world, IslandWorkspace& work, int begin, int end) {
+void store_wide(IslandWorkspace& work, int begin, int end) {
     constexpr int kAhead = 2;  // batches
     const WideContacts& wide = work.wide_contacts;
     for (int k = begin; k < end; ++k) {
         for (int l = 0; k + kAhead < end && l < wide.lanes_of(k + kAhead); ++l)
-            prefetch_points(source_of(world, work, wide.block_of(k + kAhead, l)),
-                            work.contact_pool.blocks[wide.block_of(k + kAhead, l)].count);
+            prefetch_points(source_of(work, wide.block_of(k + kAhead, l)), work.contact_pool.blocks[wide.block_of(k + kAhead, l)].count);
         for (int l = 0; l < wide.lanes_of(k); ++l) {
             const ContactBlock& block = work.contact_pool.blocks[wide.block_of(k, l)];
-            CachedManifold& m = source_of(world, work, wide.block_of(k, l));
+            CachedManifold& m = source_of(work, wide.block_of(k, l));
             for (int i = 0; i < block.count; ++i) {
                 const WideContacts::Result r = wide.result(k, l, i);
                 store_point(m.points[i], r.warm, r.total);
@@ -271,19 +272,19 @@ void build_contact_blocks(WorldData& world, IslandWorkspace& work, Real dt, cons
     island.spins.end = static_cast<int>(work.contact_pool.spins.size());
 }
 
-void store_contact_impulses(WorldData& world, IslandWorkspace& work, const SiIsland& island) {
+void store_contact_impulses(IslandWorkspace& work, const SiIsland& island) {
     if (work.is_island_wide) {
         constexpr std::size_t kPiece = 32;
         return for_pieces(
             work.team, static_cast<std::size_t>(work.wide_contacts.batch_count()), kPiece,
-            [&](std::size_t first, std::size_t last, int) { store_wide(world, work, static_cast<int>(first), static_cast<int>(last)); });
+            [&](std::size_t first, std::size_t last, int) { store_wide(work, static_cast<int>(first), static_cast<int>(last)); });
     }
     const ContactPool& pool = work.contact_pool;
     for (int k = island.contacts.begin; k < island.contacts.end; ++k) {
         if (k + kPrefetchAhead < island.contacts.end)
-            prefetch_manifold(world.contacts.slots()[work.block_sources[k + kPrefetchAhead].contact]);
+            prefetch_points(source_of(work, k + kPrefetchAhead), pool.blocks[k + kPrefetchAhead].count);
         const ContactBlock& block = pool.blocks[k];
-        CachedManifold& m = source_of(world, work, k);
+        CachedManifold& m = source_of(work, k);
         for (int i = 0; i < block.count; ++i) {
             const WarmImpulse& warm = pool.warm[block.first + i];
             store_point(m.points[i], warm, pool.total[block.first + i]);
@@ -292,7 +293,7 @@ void store_contact_impulses(WorldData& world, IslandWorkspace& work, const SiIsl
             store_friction(m.points[i], warm, rows[0].t, rows[1].t);
         }
     }
-    for (int k = island.spins.begin; k < island.spins.end; ++k) source_of(world, work, pool.spins[k].block).warm_spin = pool.spins[k].warm;
+    for (int k = island.spins.begin; k < island.spins.end; ++k) source_of(work, pool.spins[k].block).warm_spin = pool.spins[k].warm;
 }
 
 }  // namespace cairn

@@ -219,9 +219,10 @@ bool ContactStore::is_reusable(const Contact& c, const Transform& X_WA, const Tr
     const Real share = owned ? kReuseOwned : kReuseUnowned, distance = share * c.size;
     // Where they touch: a body's origin may be far away (of a ground), and a turn moves it far.
     const Vec3& touch = c.manifold(0).points[0].core_b_B;
-    if ((X_WA.to_local(X_WB * touch) - c.X_AB_query * touch).squaredNorm() > distance * distance) return false;
+    const Transform& X_AB_query = c.manifold(0).X_AB_query;
+    if ((X_WA.to_local(X_WB * touch) - X_AB_query * touch).squaredNorm() > distance * distance) return false;
     // ‖R − R₀‖²_F = 8 sin²(θ/2) ≈ 2 θ²
-    return (X_WA.R.transpose() * X_WB.R - c.X_AB_query.R).squaredNorm() <= 2 * share * share;
+    return (X_WA.R.transpose() * X_WB.R - X_AB_query.R).squaredNorm() <= 2 * share * share;
 }
 
 void ContactStore::refresh(Contact& c, const Transform& X_WA, const Transform& X_WB) {

@@ -31,7 +31,7 @@ struct CachedPoint {
     Vec3 t1 = Vec3::Zero();                   // unit, world; zero: none yet
 };
 
-struct CachedManifold {
+struct alignas(64) CachedManifold {
     Vec3 n = Vec3::UnitZ();        // unit, world, from B to A, at the start of the last step
     Vec3 n_local = Vec3::UnitZ();  // in the frame of the body that owns it (of B if neither does)
     NormalOwner owner = NormalOwner::kNone;
@@ -39,6 +39,7 @@ struct CachedManifold {
     int count = 0;
     Vec3 warm_spin = Vec3::Zero();  // [N m s], world: what torsional and rolling friction start a substep with
     std::array<CachedPoint, kMaxManifoldPoints> points;
+    Transform X_AB_query;  // pose of B in A when the narrow phase was last asked; in a contact's first manifold alone
 };
 
 // Sub-keys of manifolds that were foreseen (engine/foresight.hpp) differ by this bit from those of what was found.
@@ -51,8 +52,9 @@ struct SurfacePoints {
 };
 SurfacePoints surface_points(const CachedManifold& manifold, const CachedPoint& point, const Transform& X_WA, const Transform& X_WB);
 
-// Small, since most pairs of fat boxes do not touch, and yet each is looked at in every step: the manifolds live elsewhere.
-struct Contact {
+// Small (two cache lines), since most pairs of fat boxes do not touch, and yet each is looked at in every step: the manifolds live
+// elsewhere.
+struct alignas(64) Contact {
     std::uint32_t shape_a = 0;
     std::uint32_t shape_b = 0;
     std::uint32_t body_a = 0;
@@ -69,18 +71,25 @@ struct Contact {
     std::vector<CachedManifold> manifolds;  // the first manifold_count of them hold; keeps its memory
     Real query_margin = 0;                  // [m], the margin the narrow phase was last asked with
     PairCache cache;
-    Transform X_AB_query;  // pose of B in A then
 
     CachedManifold& manifold(int i) { return manifolds[i]; }
     const CachedManifold& manifold(int i) const { return manifolds[i]; }
 };
 
-// Begins to load the first manifold of a contact that is soon to be read: it may lie anywhere. (Its first point ends within four lines.)
+// Begins to load a contact that is soon to be read, out of order.
+inline void prefetch_contact([[maybe_unused]] const Contact& c) {
+#if defined(__GNUC__)
+    __builtin_prefetch(&c);
+    __builtin_prefetch(reinterpret_cast<const char*>(&c) + 64);
+#endif
+}
+
+// Begins to load the first manifold of a contact that is soon to be read: it may lie anywhere. (Its first point ends within five lines.)
 inline void prefetch_manifold([[maybe_unused]] const Contact& c) {
 #if defined(__GNUC__)
     if (c.manifold_count == 0) return;
     const char* first = reinterpret_cast<const char*>(c.manifolds.data());
-    for (int line = 0; line < 4; ++line) __builtin_prefetch(first + 64 * line);
+    for (int line = 0; line < 5; ++line) __builtin_prefetch(first + 64 * line);
 #endif
 }
 constexpr int kPrefetchAhead = 4;  // contacts

@@ -60,7 +60,7 @@ void ask_narrow_phase(const WorldData& world, NarrowWorkspace& work, Contact& c,
     }
     foresee(world, work, c, X_WA, X_WB, margin, dt);
     ContactStore::replace(c, work.fresh.data(), static_cast<int>(work.fresh.size()), X_WA, X_WB);
-    if (c.manifold_count > 0) c.X_AB_query = relative_pose(X_WA, X_WB);
+    if (c.manifold_count > 0) c.manifold(0).X_AB_query = relative_pose(X_WA, X_WB);
     c.query_margin = margin;
     c.fresh = false;
 }

@@ -86,7 +86,7 @@ void store_bodies(WorldData& world, IslandWorkspace& work, IndexRange bodies, in
 
 void store_island(WorldData& world, IslandWorkspace& work, int index, const SiIsland& island) {
     if (!work.island_stands) store_bodies(world, work, world.islands.bodies(index), island.body_begin);
-    store_contact_impulses(world, work, island);
+    store_contact_impulses(work, island);
     if (work.island_stands) return note_standing(world, index);
     store_joint_impulses(world, work, island);
 }

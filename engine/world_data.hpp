@@ -143,10 +143,10 @@ struct ErrorControl {
     bool disturbed = true;        // a caller changed the body
 };
 
-// Where a block of the solver came from: its contact and manifold.
+// Where a block of the solver came from: its contact, and its manifold, which stays where it is until the step ends.
 struct BlockSource {
     std::uint32_t contact = 0;
-    std::uint32_t manifold = 0;
+    CachedManifold* manifold = nullptr;
 };
 
 // Where a joint block came from.
@@ -289,7 +289,7 @@ int add_kinematic(WorldData& world, IslandWorkspace& work, std::uint32_t body, S
 // Rows of the manifolds and joints of one island; bodies must be in solver_bodies and solver_index. `range` gets the blocks.
 void build_contact_blocks(WorldData& world, IslandWorkspace& work, Real dt, const std::vector<std::uint32_t>& order, int begin, int end,
                           SiIsland& island);
-void store_contact_impulses(WorldData& world, IslandWorkspace& work, const SiIsland& island);
+void store_contact_impulses(IslandWorkspace& work, const SiIsland& island);
 void build_joint_blocks(WorldData& world, IslandWorkspace& work, int index, SiIsland& island);
 void store_joint_impulses(WorldData& world, IslandWorkspace& work, const SiIsland& island);
 

@@ -62,7 +62,7 @@ Transform at(const Vec3& p, const Quat& q = Quat::Identity()) {
 // As the engine marks a contact that it has just asked about.
 void asked(Contact& c, const Transform& X_AB, Real margin) {
     c.fresh = false;
-    c.X_AB_query = X_AB;
+    c.manifold(0).X_AB_query = X_AB;
     c.query_margin = margin;
 }
 
