@@ -88,7 +88,8 @@ void collect_pairs(IslandWorkspace& work, const SiIsland& island) {
     }
 }
 
-DirectState& direct_state(WorldData& world, int index, double allowance, double savings) {
+// `is_steady`: whether it was solved in the last step, with as many contact points.
+DirectState& direct_state(WorldData& world, int index, int points, double savings, bool& is_steady) {
     const std::uint32_t key = world.islands.body_list()[world.islands.bodies(index).begin];
     const auto [state_of_key, is_new] = [&] {
         const std::lock_guard lock(world.direct_mutex);
@@ -96,10 +97,13 @@ DirectState& direct_state(WorldData& world, int index, double allowance, double 
         return std::pair<DirectState*, bool>(&it->second, added);
     }();
     DirectState& state = *state_of_key;
-    if (is_new) state.credit = savings;
+    const double allowance = kAllowance * points;
+    if (is_new) state.credit = savings * allowance;
     const double steps = state.stood ? static_cast<double>(world.step_count - state.last_step) : 1;
-    state.credit = std::min(state.credit + steps * allowance, savings);
+    state.credit = std::min(state.credit + steps * allowance, savings * allowance);
+    is_steady = !is_new && state.last_step + 1 == world.step_count && state.points == points;
     state.last_step = world.step_count;
+    state.points = points;
     return state;
 }
 
@@ -170,13 +174,14 @@ SolverPlan choose_solver(WorldData& world, IslandWorkspace& work, int index, con
         return give_to_sweeps(plan, bodies == 1 ? SolverReason::kLoneMover : SolverReason::kLarge);
     }
     const int points = points_of(work.contact_pool, island.contacts).count();
-    const double allowance = kAllowance * points;
     const bool may_bet = bodies > kFreeIsland && is_at_rest(world, index, dt);
-    DirectState& state = direct_state(world, index, allowance, allowance * (may_bet ? kSavingsAtRest : kSavings));
+    bool is_steady = false;
+    DirectState& state = direct_state(world, index, points, may_bet ? kSavingsAtRest : kSavings, is_steady);
     if (!quiet) state.restless = 0;
     const bool charged = !forced && (!quiet || bodies > kFreeIsland || state.restless > kPatience);
-    if (!forced && (state.wait > 0 || (charged && state.credit <= 0))) {
-        const bool waits = state.wait > 0;
+    const bool tumbles = !quiet && !is_steady;  // its active set is another one in every step
+    if (!forced && (tumbles || state.wait > 0 || (charged && state.credit <= 0))) {
+        const bool waits = tumbles || state.wait > 0;
         // Nothing that moves by much has to be followed. A single body takes no time, and slides to a stop as closely as it can be told.
         if (quiet && bodies > 1) plan.substeps = std::max(1, plan.substeps / 2);
         state.wait = std::max(0, state.wait - 1);

@@ -24,6 +24,7 @@ struct DirectState {
     int restless = 0;    // solves in a row that found it out of balance
     bool stood = false;  // since the last step in which it was solved
     std::uint64_t last_step = 0;
+    int points = 0;  // of contact, then
 };
 
 // How fast the fastest body of an island is: no faster than its own acceleration makes it from rest in one step, in four, or more.

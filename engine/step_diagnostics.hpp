@@ -23,7 +23,7 @@ enum class SolverReason : std::uint8_t {
     kSpinFriction,       // torsional or rolling friction: sequential impulses
     kLarge,              // more moving bodies than the direct solver takes, or of like masses
     kLoneMover,          // one body that moves: sequential impulses solve it as well
-    kWaits,              // the direct solver has not converged lately, and waits
+    kWaits,              // the direct solver has not converged lately, or contacts come and go in what moves: it waits
     kSpent,              // the direct solver has spent what the island may cost
     kStands,  // a step has left all of it as it was, and so does this one: the direct solver's impulses still hold (standing.cpp)
 };

@@ -67,7 +67,7 @@ void hash_joint(Hasher& h, const Joint& j) {
 
 void hash_direct_state(Hasher& h, std::uint32_t body, const DirectState& state) {
     h.add_word(body), h.add_word(static_cast<std::uint64_t>(state.wait)), h.add_word(static_cast<std::uint64_t>(state.penalty));
-    h.add(state.credit), h.add_word(state.stood), h.add_word(static_cast<std::uint64_t>(state.restless)), h.add_word(state.last_step);
+    h.add(state.credit), h.add_word(state.stood), h.add_word(static_cast<std::uint64_t>(state.restless)), h.add_word(state.last_step), h.add_word(static_cast<std::uint64_t>(state.points));
     state.cache.add_to(h);
 }
 

@@ -178,6 +178,29 @@ TEST_CASE("what moves together and is of like masses is swept in half the subste
     CHECK(told == 3);
 }
 
+TEST_CASE("what moves together and is of unlike masses is solved directly once it touches as it did a step ago") {
+    World world(diagnosed());
+    const auto fly = [&](BodyDef def) {
+        def.linear_velocity = {3, 0, 0};
+        world.add_body(def);
+    };
+    fly(cube(1, {0, 0, 0.5}, 1));
+    fly(cube(1, {0, 0, 1.5}, 100));
+    const auto first_island = [&] { return world.step(kStep).diagnostics->islands.at(0); };
+    const IslandReport first = first_island();
+    CHECK(first.solver == SolverChoice::kSi);
+    CHECK(first.reason == SolverReason::kWaits);
+    CHECK(first.substeps == 4);
+    const IslandReport second = first_island();
+    CHECK(second.solver == SolverChoice::kDirect);
+    CHECK(second.contacts == first.contacts);
+    fly(cube(1, {0.1, 0, 2.5}, 1));
+    const IslandReport with_another = first_island();
+    CHECK(with_another.contacts > first.contacts);
+    CHECK(with_another.reason == SolverReason::kWaits);
+    CHECK(first_island().solver == SolverChoice::kDirect);
+}
+
 TEST_CASE("an island that its first solver gave up tells which one that was") {
     World world(diagnosed());
     const BodyId hub = world.add_body(ball(1, {0, 0, 0}));
