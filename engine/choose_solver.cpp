@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <span>
 
 namespace cairn {
 namespace {
@@ -27,6 +28,7 @@ constexpr double kOrderingCost = 2;
 // again once it is found to stand. A heap that settles does not stand before long.
 constexpr double kSavings = 40, kSavingsAtRest = 100;
 constexpr int kLongestWait = 64;
+constexpr int kLow = 8;  // contacts between the ground and anything that lies on it
 // Quiet steps in a row that an island may take without coming to rest before it pays like one that moves: it creeps, and would be
 // factorised in every step.
 constexpr int kPatience = 4;
@@ -123,6 +125,13 @@ void choose_by_contents(const WorldSettings& settings, const SiIsland& island, S
     choose(SolverChoice::kSi, island.has_spins() ? SolverReason::kSpinFriction : SolverReason::kBounces);
 }
 
+// Whether little can lie on anything.
+bool is_low(IslandWorkspace& work, const SiIsland& island) {
+    const std::span<const ContactBlock> blocks(work.contact_pool.blocks.data() + island.contacts.begin,
+                                               static_cast<std::size_t>(island.contacts.end - island.contacts.begin));
+    return is_shallow(blocks, island.body_begin, island.dynamic_end, kLow, work.depths);
+}
+
 SolverPlan give_to_sweeps(SolverPlan plan, SolverReason reason) {
     plan.solver = SolverChoice::kSi;
     plan.reason = reason;
@@ -168,8 +177,8 @@ SolverPlan choose_solver(WorldData& world, IslandWorkspace& work, int index, con
     const bool has_many = bodies > (quiet ? kLargestIsland : kSmallIsland);
     if (!forced && (has_many || (!quiet && (bodies == 1 || has_like_masses(world, index))))) {
         // What moves fast has errors of impacts, for which there is room. Loads that rest need all substeps, the more the more lies on
-        // them, even while they sway; and what a kinematic body shakes is as fast as that.
-        if (bodies > 1 && island.dynamic_end == island.body_end && plan.pace == Pace::kFast)
+        // them, and so do high ones while they sway; and what a kinematic body shakes is as fast as that.
+        if (bodies > 1 && island.dynamic_end == island.body_end && (plan.pace == Pace::kFast || (!quiet && is_low(work, island))))
             plan.substeps = plan.substeps_if_wide = std::max(1, plan.substeps / 2);
         return give_to_sweeps(plan, bodies == 1 ? SolverReason::kLoneMover : SolverReason::kLarge);
     }

@@ -178,6 +178,7 @@ struct IslandWorkspace {
     std::vector<int> solver_index;  // body → index in solver_bodies, this island; else −1
     std::vector<std::uint32_t> kinematic_used;
     std::vector<std::pair<int, int>> island_pairs;
+    std::vector<int> depths;  // of an island's bodies
     SiReport solved;
     IslandProbe probe;  // with WorldSettings::diagnostics
     StepReport report;

@@ -31,6 +31,25 @@ int find_levels(std::span<const ContactBlock> blocks, int body_begin, std::vecto
     return levels;
 }
 
+bool is_shallow(std::span<const ContactBlock> blocks, int body_begin, int body_end, int most, std::vector<int>& depth) {
+    depth.assign(body_end - body_begin, most + 1);
+    int deeper = body_end - body_begin;  // bodies that are
+    const auto depth_of = [&](int body, Real inv_mass) { return inv_mass > 0 ? depth[body - body_begin] : 0; };
+    const auto lower = [&](int body, int to) {
+        int& at = depth[body - body_begin];
+        if (to >= at) return;
+        if (at > most) --deeper;
+        at = to;
+    };
+    for (int pass = 0; pass < most && deeper > 0; ++pass) {  // each settles one more depth at least
+        for (const ContactBlock& block : blocks) {
+            if (block.inv_mass_a > 0) lower(block.a, depth_of(block.b, block.inv_mass_b) + 1);
+            if (block.inv_mass_b > 0) lower(block.b, depth_of(block.a, block.inv_mass_a) + 1);
+        }
+    }
+    return deeper == 0;
+}
+
 bool BlockOrder::is_chain(std::span<const ContactBlock> blocks) {
     return find_levels(blocks, body_begin_, next_, level_) * kFewestAtOnce > static_cast<int>(blocks.size());
 }

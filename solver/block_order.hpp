@@ -20,6 +20,9 @@ namespace cairn {
 // level that may touch it again; sized by the caller.
 int find_levels(std::span<const ContactBlock> blocks, int body_begin, std::vector<int>& next, std::vector<int>& level);
 
+// Whether every one of the dynamic bodies [body_begin, body_end) is at most `most` contacts away from what does not move. `depth`: scratch.
+bool is_shallow(std::span<const ContactBlock> blocks, int body_begin, int body_end, int most, std::vector<int>& depth);
+
 class BlockOrder {
 public:
     // Reorders the blocks of `range`, whose dynamic bodies are those of [body_begin, body_end), if they are a chain as they stand and would

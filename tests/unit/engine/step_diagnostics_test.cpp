@@ -178,6 +178,21 @@ TEST_CASE("what moves together and is of like masses is swept in half the subste
     CHECK(told == 3);
 }
 
+TEST_CASE("what sways is swept in half the substeps if it is low, and in all of them if it is high") {
+    const int height = GENERATE(8, 9);
+    CAPTURE(height);
+    World world(diagnosed());
+    world.add_body(ground());
+    for (int k = 0; k < height; ++k) {
+        BodyDef def = cube(1, {0, 0, 0.5 + k});
+        def.linear_velocity = {0.3, 0, 0};  // faster than what falls in a step, slower than in four
+        world.add_body(def);
+    }
+    const IslandReport island = world.step(kStep).diagnostics->islands.at(0);
+    CHECK(island.solver == SolverChoice::kSi);
+    CHECK(island.substeps == (height == 8 ? 2 : 4));
+}
+
 TEST_CASE("what moves together and is of unlike masses is solved directly once it touches as it did a step ago") {
     World world(diagnosed());
     const auto fly = [&](BodyDef def) {

@@ -96,3 +96,25 @@ TEST_CASE("contacts farther from the ground are swept later, and those of bodies
     REQUIRE(spread(order, flying));
     for (std::size_t k = 0; k < chain.size(); ++k) CHECK((pairs_of(flying)[k].first % 2 == 0) == (k < 15));
 }
+
+TEST_CASE("a stack is as deep as it is high, whatever the order of its contacts; a row is not, and what nothing holds is deeper than all") {
+    constexpr int kHeight = 9;
+    const auto is_within = [](const Pairs& pairs, int most) {
+        const Island island = island_of(pairs);
+        std::vector<int> depth;
+        return is_shallow(island.contacts.blocks, island.range.body_begin, island.range.dynamic_end, most, depth);
+    };
+    Pairs stack;
+    for (int i = 1; i <= kHeight; ++i) stack.emplace_back(i, i - 1);
+    const bool from_above = GENERATE(false, true);
+    if (from_above) std::reverse(stack.begin(), stack.end());
+    CHECK(is_within(stack, kHeight));
+    CHECK_FALSE(is_within(stack, kHeight - 1));
+    stack.emplace_back(0, kHeight);  // held from above, too
+    CHECK(is_within(stack, (kHeight + 1) / 2));
+    CHECK_FALSE(is_within(stack, (kHeight + 1) / 2 - 1));
+    CHECK(is_within(row_of(20), 1));
+    Pairs flying;
+    for (int i = 2; i <= 4; ++i) flying.emplace_back(i, i - 1);
+    CHECK_FALSE(is_within(flying, 100));
+}
