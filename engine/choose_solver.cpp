@@ -171,7 +171,7 @@ SolverPlan choose_solver(WorldData& world, IslandWorkspace& work, int index, con
     if (!forced) {
         choose_by_contents(world.settings, island, plan);
     }
-    if (plan.solver == SolverChoice::kMixed) plan.substeps = quiet ? 1 : mixed_substeps(work.solver_bodies, island, dt, MixedSettings());
+    if (plan.solver == SolverChoice::kMixed) plan.substeps = mixed_substeps(work.solver_bodies, island, dt, MixedSettings());
     if (plan.solver != SolverChoice::kDirect || !takes(SolverChoice::kDirect, island)) return plan;
     const int bodies = island.dynamic_end - island.body_begin;
     const bool has_many = bodies > (quiet ? kLargestIsland : kSmallIsland);

@@ -27,9 +27,9 @@
 namespace cairn {
 
 struct MixedSettings {
-    int substeps = 2;  // at least
+    int substeps = 1;  // at least
     int max_substeps = 8;
-    Real turn_per_substep = 0.5;     // [rad], by which a body turns at most where max_substeps allow it
+    Real turn_per_substep = 0.25;     // [rad], by which a body turns at most where max_substeps allow it
     int sweeps = 4;                  // most of a solve
     Real residual_tolerance = 1e-4;  // [m/s], of a row, at which a solve ends
     Real tolerance = 1e-5;           // what SHAKE may leave of a joint's error, relative to the largest arm
