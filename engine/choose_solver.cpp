@@ -192,7 +192,10 @@ SolverPlan choose_solver(WorldData& world, IslandWorkspace& work, int index, con
     if (!forced && (tumbles || state.wait > 0 || (charged && state.credit <= 0))) {
         const bool waits = tumbles || state.wait > 0;
         // Nothing that moves by much has to be followed. A single body takes no time, and slides to a stop as closely as it can be told.
-        if (quiet && bodies > 1) plan.substeps = std::max(1, plan.substeps / 2);
+        if (quiet && bodies > 1) {
+            plan.substeps = std::max(1, plan.substeps / 2);
+            if (is_low(work, island)) plan.substeps_if_wide = plan.substeps;
+        }
         state.wait = std::max(0, state.wait - 1);
         return give_to_sweeps(plan, waits ? SolverReason::kWaits : SolverReason::kSpent);
     }
