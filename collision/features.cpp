@@ -37,16 +37,6 @@ void box_face(const PlacedShape& s, const Vec3& d, Face& face) {
     face.outline.add(centre - u + v, 3);
 }
 
-int hull_face_index(const ConvexHull& hull, const Vec3& d_S) {
-    int best = 0;
-    Real farthest = d_S.dot(hull.faces()[0].normal);
-    for (int i = 1; i < static_cast<int>(hull.faces().size()); ++i) {
-        const Real x = d_S.dot(hull.faces()[i].normal);
-        if (x > farthest) best = i, farthest = x;
-    }
-    return best;
-}
-
 // Among the faces that hold a vertex farthest along d.
 int hull_lowest_face_index(const ConvexHull& hull, const Vec3& d_S) {
     int best = -1;
@@ -242,7 +232,7 @@ bool face_normal_towards(const PlacedShape& s, const Vec3& d, Vec3& normal) {
         }
         case ShapeType::kHull: {
             const ConvexHull& hull = *s.shape->hull;
-            normal = s.X_WS.R * hull.faces()[hull_face_index(hull, s.X_WS.R.transpose() * d)].normal;
+            normal = s.X_WS.R * hull.faces()[hull.face_along(s.X_WS.R.transpose() * d)].normal;
             return true;
         }
         case ShapeType::kCylinder: {
@@ -262,7 +252,7 @@ bool face_towards(const PlacedShape& s, const Vec3& d, Face& face) {
             box_face(s, d, face);
             return true;
         case ShapeType::kHull:
-            hull_face(s, hull_face_index(*s.shape->hull, s.X_WS.R.transpose() * d), face);
+            hull_face(s, s.shape->hull->face_along(s.X_WS.R.transpose() * d), face);
             return true;
         case ShapeType::kCylinder: {
             const Lean lean = lean_of(s, d);

@@ -21,6 +21,46 @@ Pair load(const Real* p) {
     return Pair{p[0], p[1]};
 }
 
+// Two and two, x x y y z z; the last one twice if their number is odd.
+std::vector<Real> paired(const std::vector<Vec3>& v) {
+    std::vector<Real> out;
+    for (std::size_t i = 0; i < v.size(); i += 2)
+        for (int k = 0; k < 3; ++k) {
+            out.push_back(v[i][k]);
+            out.push_back(v[std::min(i + 1, v.size() - 1)][k]);
+        }
+    return out;
+}
+
+// The first of `count` paired vectors that goes farthest along d: the largest product (summed as Eigen does) first, two at a time; then the
+// first that has it, which is as likely to be any and so not asked on the way.
+int farthest_of(const std::vector<Real>& vectors, int count, const Vec3& d) {
+    constexpr int kMost = 64;  // pairs whose products are kept
+    const Pair x = {d.x(), d.x()}, y = {d.y(), d.y()}, z = {d.z(), d.z()};
+    const auto product = [&](int i) {
+        const Real* c = vectors.data() + 6 * i;
+        return (x * load(c) + y * load(c + 2)) + z * load(c + 4);
+    };
+    const int pairs = (count + 1) / 2;
+    Pair kept[kMost];
+    Pair most = kept[0] = product(0);
+    for (int i = 1; i < std::min(pairs, kMost); ++i) {
+        kept[i] = product(i);
+        most = kept[i] > most ? kept[i] : most;
+    }
+    for (int i = kMost; i < pairs; ++i) {
+        const Pair along = product(i);
+        most = along > most ? along : most;
+    }
+    const Real farthest = most[0] > most[1] ? most[0] : most[1];
+    for (int i = 0; i < pairs; ++i) {
+        const Pair along = i < kMost ? kept[i] : product(i);
+        if (along[0] == farthest) return 2 * i;
+        if (along[1] == farthest) return 2 * i + 1;
+    }
+    return 0;  // not finite
+}
+
 // All relative to the largest half extent of the points.
 constexpr Real kMergeTolerance = 1e-7;    // vertices this near a face's plane are on it; nearer vertices than this are one
 constexpr Real kFinestTolerance = 1e-11;  // second try, when the first one folds faces over each other
@@ -224,7 +264,7 @@ ConvexHull::ConvexHull(const std::vector<Vec3>& points) {
         new_index[i] = static_cast<int>(vertices_.size());
         vertices_.push_back(points[i]);
     }
-    arrange_coordinates();
+    coordinates_ = paired(vertices_);
 
     for (const std::vector<int>& loop : loops) {
         Face face;
@@ -239,6 +279,9 @@ ConvexHull::ConvexHull(const std::vector<Vec3>& points) {
         faces_.push_back(face);
     }
 
+    std::vector<Vec3> normals;
+    for (const Face& f : faces_) normals.push_back(f.normal);
+    normals_ = paired(normals);
     find_neighbours();
     centroid_ = volume_properties(*this).centroid;
     inner_radius_ = faces_[0].offset - faces_[0].normal.dot(centroid_);
@@ -264,37 +307,12 @@ void ConvexHull::find_neighbours() {
     }
 }
 
-void ConvexHull::arrange_coordinates() {
-    const std::size_t count = vertices_.size();
-    for (std::size_t i = 0; i < count; i += 2)
-        for (int k = 0; k < 3; ++k) {
-            coordinates_.push_back(vertices_[i][k]);
-            coordinates_.push_back(vertices_[std::min(i + 1, count - 1)][k]);
-        }
+int ConvexHull::support(const Vec3& d) const {
+    return farthest_of(coordinates_, static_cast<int>(vertices_.size()), d);
 }
 
-int ConvexHull::support(const Vec3& d) const {
-    // The largest product (summed as Eigen does) first, two at a time; then the first vertex that has it, which is as likely to be any and
-    // so not asked on the way.
-    constexpr int kMost = 128;
-    const int count = static_cast<int>(vertices_.size());
-    if (count > kMost) return support_of_many(d);
-    const Real* c = coordinates_.data();
-    const Pair x = {d.x(), d.x()}, y = {d.y(), d.y()}, z = {d.z(), d.z()};
-    Pair along[kMost / 2];
-    const int pairs = (count + 1) / 2;
-    Pair most = along[0] = (x * load(c) + y * load(c + 2)) + z * load(c + 4);
-    for (int i = 1; i < pairs; ++i) {
-        c += 6;
-        along[i] = (x * load(c) + y * load(c + 2)) + z * load(c + 4);
-        most = along[i] > most ? along[i] : most;
-    }
-    const Real farthest = most[0] > most[1] ? most[0] : most[1];
-    for (int i = 0; i < pairs; ++i) {
-        if (along[i][0] == farthest) return 2 * i;
-        if (along[i][1] == farthest) return 2 * i + 1;
-    }
-    return 0;  // not finite
+int ConvexHull::face_along(const Vec3& d) const {
+    return farthest_of(normals_, static_cast<int>(faces_.size()), d);
 }
 
 Real ConvexHull::extent(const Vec3& d) const {
@@ -306,16 +324,6 @@ Real ConvexHull::extent(const Vec3& d) const {
         most = along > most ? along : most;
     }
     return most[0] > most[1] ? most[0] : most[1];
-}
-
-int ConvexHull::support_of_many(const Vec3& d) const {
-    int best = 0;
-    Real farthest = d.dot(vertices_[0]);
-    for (int i = 1; i < static_cast<int>(vertices_.size()); ++i) {
-        const Real along = d.dot(vertices_[i]);
-        if (along > farthest) farthest = along, best = i;
-    }
-    return best;
 }
 
 }  // namespace cairn

@@ -40,16 +40,16 @@ public:
 
     // Index of a vertex farthest along d (need not be unit). Deterministic.
     int support(const Vec3& d) const;
+    // Index of the face whose normal goes farthest along d (likewise).
+    int face_along(const Vec3& d) const;
     // max d·v over the vertices.
     Real extent(const Vec3& d) const;
 
 private:
     void find_neighbours();
-    void arrange_coordinates();
-    int support_of_many(const Vec3& d) const;
 
     std::vector<Vec3> vertices_;
-    std::vector<Real> coordinates_;  // of the vertices two and two, x x y y z z; the last one twice if their number is odd
+    std::vector<Real> coordinates_, normals_;  // of vertices and faces, two and two: x x y y z z
     std::vector<Face> faces_;
     std::vector<int> loop_;
     std::vector<int> neighbours_, faces_of_, neighbour_begin_;  // of vertex i: those from neighbour_begin_[i] on, as many of both

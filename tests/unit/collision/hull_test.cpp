@@ -171,15 +171,25 @@ TEST_CASE("a drum of 64 sides has two caps of 64 corners and 64 sides of 4") {
     CHECK(caps == 2);
 }
 
-TEST_CASE("the support vertex is the farthest along any direction") {
+TEST_CASE("the support vertex is the first of the farthest along any direction, and so is the face along it") {
     std::mt19937 random(7);
-    const std::vector<Vec3> points = random_points(300, random);
+    const bool on_a_ball = GENERATE(false, true);
+    std::vector<Vec3> points = random_points(300, random);
+    if (on_a_ball)
+        for (Vec3& p : points) p.normalize();
     const ConvexHull hull(points);
+    CHECK((hull.vertices().size() > 128) == on_a_ball);
+    const auto first_of_farthest = [](const auto& list, const Vec3& d, auto vector_of) {
+        int best = 0;
+        for (int i = 1; i < static_cast<int>(list.size()); ++i)
+            if (d.dot(vector_of(list[i])) > d.dot(vector_of(list[best]))) best = i;
+        return best;
+    };
     for (int i = 0; i < 200; ++i) {
         const Vec3 d = random_rotation(random) * Vec3::UnitX() * std::pow(10.0, i % 7 - 3);
-        Real farthest = d.dot(points[0]);
-        for (const Vec3& p : points) farthest = std::max(farthest, d.dot(p));
-        CHECK(hull.vertices()[hull.support(d)].dot(d) == farthest);
+        CHECK(hull.support(d) == first_of_farthest(hull.vertices(), d, [](const Vec3& v) { return v; }));
+        CHECK(hull.face_along(d) == first_of_farthest(hull.faces(), d, [](const ConvexHull::Face& f) { return f.normal; }));
+        CHECK(hull.extent(d) == hull.vertices()[hull.support(d)].dot(d));
     }
 }
 
