@@ -102,7 +102,8 @@ DirectState& direct_state(WorldData& world, int index, int points, double saving
     const double allowance = kAllowance * points;
     if (is_new) state.credit = savings * allowance;
     const double steps = state.stood ? static_cast<double>(world.step_count - state.last_step) : 1;
-    state.credit = std::min(state.credit + steps * allowance, savings * allowance);
+    // What fails earns less, so that a heap which never converges does not pay for ever.
+    state.credit = std::min(state.credit + steps * allowance / state.penalty, savings * allowance);
     is_steady = !is_new && state.last_step + 1 == world.step_count && state.points == points;
     state.last_step = world.step_count;
     state.points = points;
