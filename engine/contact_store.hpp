@@ -32,14 +32,14 @@ struct CachedPoint {
 };
 
 struct alignas(64) CachedManifold {
+    Transform X_AB_query;          // pose of B in A when the narrow phase was last asked; in a contact's first manifold alone
     Vec3 n = Vec3::UnitZ();        // unit, world, from B to A, at the start of the last step
     Vec3 n_local = Vec3::UnitZ();  // in the frame of the body that owns it (of B if neither does)
     NormalOwner owner = NormalOwner::kNone;
     std::uint32_t sub_key = 0;
     int count = 0;
     Vec3 warm_spin = Vec3::Zero();  // [N m s], world: what torsional and rolling friction start a substep with
-    std::array<CachedPoint, kMaxManifoldPoints> points;
-    Transform X_AB_query;  // pose of B in A when the narrow phase was last asked; in a contact's first manifold alone
+    alignas(64) std::array<CachedPoint, kMaxManifoldPoints> points;
 };
 
 // Sub-keys of manifolds that were foreseen (engine/foresight.hpp) differ by this bit from those of what was found.
@@ -84,12 +84,12 @@ inline void prefetch_contact([[maybe_unused]] const Contact& c) {
 #endif
 }
 
-// Begins to load the first manifold of a contact that is soon to be read: it may lie anywhere. (Its first point ends within five lines.)
+// Begins to load the first manifold of a contact that is soon to be read: it may lie anywhere. (Its first point ends with the sixth line.)
 inline void prefetch_manifold([[maybe_unused]] const Contact& c) {
 #if defined(__GNUC__)
     if (c.manifold_count == 0) return;
     const char* first = reinterpret_cast<const char*>(c.manifolds.data());
-    for (int line = 0; line < 5; ++line) __builtin_prefetch(first + 64 * line);
+    for (int line = 0; line < 6; ++line) __builtin_prefetch(first + 64 * line);
 #endif
 }
 constexpr int kPrefetchAhead = 4;  // contacts

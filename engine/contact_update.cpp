@@ -151,6 +151,7 @@ void update_in_turn(WorldData& world, Real dt) {
     std::vector<Contact>& contacts = world.contacts.slots();
     const std::vector<std::uint32_t>& slots = world.active.contacts.numbers();
     for (std::size_t k = 0; k < slots.size(); ++k) {
+        if (k + 2 * kPrefetchAhead < slots.size()) prefetch_contact(contacts[slots[k + 2 * kPrefetchAhead]]);
         if (k + kPrefetchAhead < slots.size()) prefetch_manifold(contacts[slots[k + kPrefetchAhead]]);
         Contact& c = contacts[slots[k]];
         if (rests(world, c)) {
