@@ -5,11 +5,10 @@
 namespace cairn {
 namespace {
 
-// A manifold is reused while the pair has moved by less than these shares of the smaller shape's size since the narrow phase saw it.
+// A manifold is reused while the pair has moved by less than this share of the smaller shape's size since the narrow phase saw it.
 // Where a body's face owns the normal, the anchors make the separations exact whatever moved; only the outline of the touching area is off.
-// Else the normal itself ages, and hardly any motion is let pass.
-constexpr Real kReuseOwned = 2e-3;
-constexpr Real kReuseUnowned = 1e-6;
+// Else the normal ages with the motion.
+constexpr Real kReuse = 2e-3;
 // A point without a partner of its own feature takes the nearest old one within this share of the size.
 constexpr Real kMatchDistance = 0.1;
 
@@ -214,15 +213,13 @@ void ContactStore::remove(std::uint32_t shape_a, std::uint32_t shape_b) {
 
 bool ContactStore::is_reusable(const Contact& c, const Transform& X_WA, const Transform& X_WB, Real margin) {
     if (!may_be_reusable(c, margin)) return false;
-    bool owned = true;
-    for (int i = 0; i < c.manifold_count; ++i) owned &= c.manifold(i).owner != NormalOwner::kNone;
-    const Real share = owned ? kReuseOwned : kReuseUnowned, distance = share * c.size;
+    const Real distance = kReuse * c.size;
     // Where they touch: a body's origin may be far away (of a ground), and a turn moves it far.
     const Vec3& touch = c.manifold(0).points[0].core_b_B;
     const Transform& X_AB_query = c.manifold(0).X_AB_query;
     if ((X_WA.to_local(X_WB * touch) - X_AB_query * touch).squaredNorm() > distance * distance) return false;
     // ‖R − R₀‖²_F = 8 sin²(θ/2) ≈ 2 θ²
-    return (X_WA.R.transpose() * X_WB.R - X_AB_query.R).squaredNorm() <= 2 * share * share;
+    return (X_WA.R.transpose() * X_WB.R - X_AB_query.R).squaredNorm() <= 2 * kReuse * kReuse;
 }
 
 void ContactStore::refresh(Contact& c, const Transform& X_WA, const Transform& X_WB) {
