@@ -33,6 +33,7 @@ constexpr int kLow = 8;  // contacts between the ground and anything that lies o
 // factorised in every step.
 constexpr int kPatience = 4;
 constexpr Real kFastSteps = 4;     // of fall, beyond whose speed a body is fast
+constexpr int kFastShare = 16;     // one in so many bodies that are fast makes many
 constexpr Real kRestSteps = 1e-3;  // of fall, up to whose speed it is at rest
 
 // A model of the textbook's, or a way of stabilising, is asked for: only sequential impulses have them.
@@ -59,6 +60,16 @@ Pace pace_of(const WorldData& world, int index, Real dt) {
         if (speed > of_a_step) pace = Pace::kSlow;
     }
     return pace;
+}
+
+bool are_many_fast(const WorldData& world, int index, Real dt) {
+    const IndexRange bodies = world.islands.bodies(index);
+    int fast = 0;
+    for (int k = bodies.begin; k < bodies.end; ++k) {
+        const Body& body = world.bodies[world.islands.body_list()[k]];
+        if (surface_speed(body) > kFastSteps * speed_of_fall(world, body, dt)) ++fast;
+    }
+    return fast * kFastShare >= bodies.end - bodies.begin;
 }
 
 bool is_at_rest(const WorldData& world, int index, Real dt) {
@@ -133,6 +144,16 @@ bool is_low(IslandWorkspace& work, const SiIsland& island) {
     return is_shallow(blocks, island.body_begin, island.dynamic_end, kLow, work.depths);
 }
 
+// Of sweeps, for an island that moves. Errors of impacts have room. Loads that rest need all substeps, the more the more lies on them, and
+// so do high ones while they sway or something flies about them; and what a kinematic body shakes is as fast as that.
+int substeps_of_mover(const WorldData& world, IslandWorkspace& work, int index, const SiIsland& island, Pace pace, Real dt) {
+    const int bodies = island.dynamic_end - island.body_begin, all = world.settings.substeps;
+    if (bodies == 1 || island.dynamic_end != island.body_end || pace == Pace::kQuiet) return all;
+    if (bodies > kSmallIsland)
+        return (pace == Pace::kFast && are_many_fast(world, index, dt)) || is_low(work, island) ? std::max(1, all / 4) : all;
+    return pace == Pace::kFast || is_low(work, island) ? std::max(1, all / 2) : all;
+}
+
 SolverPlan give_to_sweeps(SolverPlan plan, SolverReason reason) {
     plan.solver = SolverChoice::kSi;
     plan.reason = reason;
@@ -177,10 +198,7 @@ SolverPlan choose_solver(WorldData& world, IslandWorkspace& work, int index, con
     const int bodies = island.dynamic_end - island.body_begin;
     const bool has_many = bodies > (quiet ? kLargestIsland : kSmallIsland);
     if (!forced && (has_many || (!quiet && (bodies == 1 || has_like_masses(world, index))))) {
-        // What moves fast has errors of impacts, for which there is room. Loads that rest need all substeps, the more the more lies on
-        // them, and so do high ones while they sway; and what a kinematic body shakes is as fast as that.
-        if (bodies > 1 && island.dynamic_end == island.body_end && (plan.pace == Pace::kFast || (!quiet && is_low(work, island))))
-            plan.substeps = plan.substeps_if_wide = std::max(1, plan.substeps / 2);
+        plan.substeps = plan.substeps_if_wide = substeps_of_mover(world, work, index, island, plan.pace, dt);
         return give_to_sweeps(plan, bodies == 1 ? SolverReason::kLoneMover : SolverReason::kLarge);
     }
     const int points = points_of(work.contact_pool, island.contacts).count();

@@ -81,7 +81,7 @@ void first_solve(SiContext& c) {
     }
     if (c.has_spins) warm_start_spins_first(c.contacts, c.island.spins, c.bodies);
     iterate(
-        c, c.settings.iterations, [&] { return sweep_joint_positions(c.joints, c.island.joints, c.bodies, c.joint_soft); },
+        c, c.settings.first_iterations, [&] { return sweep_joint_positions(c.joints, c.island.joints, c.bodies, c.joint_soft); },
         [&] { return c.wide ? c.wide->sweep_normals() : sweep_contact_gaps(c.contacts, c.island.contacts, c.bodies, c.h); });
 }
 

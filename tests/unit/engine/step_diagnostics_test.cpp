@@ -193,6 +193,23 @@ TEST_CASE("what sways is swept in half the substeps if it is low, and in all of 
     CHECK(island.substeps == (height == 8 ? 2 : 4));
 }
 
+TEST_CASE("more than 64 bodies that move are swept in a quarter of the substeps if many are fast or all are low, else in all of them") {
+    const int height = GENERATE(8, 9), fast = GENERATE(1, 6);
+    CAPTURE(height, fast);
+    World world(diagnosed());
+    world.add_body(ground());
+    for (int k = 0; k < 9 * height; ++k) {
+        BodyDef def = cube(1, {1.0 * (k / height), 0, 0.5 + k % height});
+        def.linear_velocity = {0, k < fast ? 3.0 : 0.3, 0};
+        world.add_body(def);
+    }
+    const IslandReport island = world.step(kStep).diagnostics->islands.at(0);
+    REQUIRE(island.bodies == 9u * height);
+    CHECK(island.solver == SolverChoice::kSi);
+    CHECK(island.substeps == (height == 8 || fast == 6 ? 1 : 4));
+    if (island.substeps == 1) CHECK(island.iterations > 4);  // the sweeps of those left out are made in its first solve
+}
+
 TEST_CASE("what moves together and is of unlike masses is solved directly once it touches as it did a step ago") {
     World world(diagnosed());
     const auto fly = [&](BodyDef def) {
