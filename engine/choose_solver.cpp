@@ -33,7 +33,6 @@ constexpr int kLow = 8;  // contacts between the ground and anything that lies o
 // factorised in every step.
 constexpr int kPatience = 4;
 constexpr Real kFastSteps = 4;     // of fall, beyond whose speed a body is fast
-constexpr int kFastShare = 16;     // one in so many bodies that are fast makes many
 constexpr Real kRestSteps = 1e-3;  // of fall, up to whose speed it is at rest
 
 // A model of the textbook's, or a way of stabilising, is asked for: only sequential impulses have them.
@@ -62,14 +61,17 @@ Pace pace_of(const WorldData& world, int index, Real dt) {
     return pace;
 }
 
-bool are_many_fast(const WorldData& world, int index, Real dt) {
+// By mass, since a heavy body that hits a heap counts, and a light one that flies or spins about it does not.
+bool is_fast_on_average(const WorldData& world, int index, Real dt) {
     const IndexRange bodies = world.islands.bodies(index);
-    int fast = 0;
+    Real moved = 0, fallen = 0;  // [kg m²/s²]
     for (int k = bodies.begin; k < bodies.end; ++k) {
         const Body& body = world.bodies[world.islands.body_list()[k]];
-        if (surface_speed(body) > kFastSteps * speed_of_fall(world, body, dt)) ++fast;
+        const Real of_a_step = speed_of_fall(world, body, dt);
+        moved += body.v.squaredNorm() / body.inv_mass;
+        fallen += of_a_step * of_a_step / body.inv_mass;
     }
-    return fast * kFastShare >= bodies.end - bodies.begin;
+    return moved > kFastSteps * kFastSteps * fallen;
 }
 
 bool is_at_rest(const WorldData& world, int index, Real dt) {
@@ -150,7 +152,7 @@ int substeps_of_mover(const WorldData& world, IslandWorkspace& work, int index, 
     const int bodies = island.dynamic_end - island.body_begin, all = world.settings.substeps;
     if (bodies == 1 || island.dynamic_end != island.body_end || pace == Pace::kQuiet) return all;
     if (bodies > kSmallIsland)
-        return (pace == Pace::kFast && are_many_fast(world, index, dt)) || is_low(work, island) ? std::max(1, all / 4) : all;
+        return (pace == Pace::kFast && is_fast_on_average(world, index, dt)) || is_low(work, island) ? std::max(1, all / 4) : all;
     return pace == Pace::kFast || is_low(work, island) ? std::max(1, all / 2) : all;
 }
 

@@ -193,7 +193,7 @@ TEST_CASE("what sways is swept in half the substeps if it is low, and in all of 
     CHECK(island.substeps == (height == 8 ? 2 : 4));
 }
 
-TEST_CASE("more than 64 bodies that move are swept in a quarter of the substeps if many are fast or all are low, else in all of them") {
+TEST_CASE("more than 64 bodies that move are swept in a quarter of the substeps if fast on average or low, else in all") {
     const int height = GENERATE(8, 9), fast = GENERATE(1, 6);
     CAPTURE(height, fast);
     World world(diagnosed());
