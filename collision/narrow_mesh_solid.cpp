@@ -24,6 +24,7 @@ struct Region {
     Real offset = 0;
     Real lowest = 0;        // separation of the shape from the plane
     Candidate deepest;      // of the points
+    bool is_proven = false;
     int deepest_on = -1;    // and its triangle; −1: no points
     int own = -1;           // place in Scratch::faces of the shape's face that comes down on it; −1: none does
     std::vector<int> near;  // its triangles, as places in Scratch::near
@@ -35,6 +36,10 @@ struct NearTriangle {
     int triangle = 0;
     bool may_be_under = true;  // parts of the shape may lie over it
     int beyond = -1;           // the neighbour across the edge that the whole shape lies beyond; −1: there is none
+    bool is_left = false;      // what touches it belongs to a neighbour
+    bool has_points = false;   // the shape's lowest feature lies over it
+    bool is_covered = false;   // its ridges need not be examined, since all neighbours across them are
+    bool is_asked = false;     // its ridges have to be examined, since a neighbour is not
 };
 
 // Contacts with the mesh's ridges that share a normal.
@@ -151,6 +156,13 @@ bool is_left_to_neighbour(const Scratch& s, std::size_t i) {
         i = static_cast<std::size_t>(next - s.near.begin());
     }
     return false;
+}
+
+// The place of a triangle in s.near, whose triangles ascend; −1: it is out of reach.
+int place_of(const Scratch& s, int triangle) {
+    const auto found =
+        std::lower_bound(s.near.begin(), s.near.end(), triangle, [](const NearTriangle& n, int t) { return n.triangle < t; });
+    return found != s.near.end() && found->triangle == triangle ? static_cast<int>(found - s.near.begin()) : -1;
 }
 
 // The place in s.faces of the face that comes down along a normal, built when first asked for.
@@ -381,10 +393,30 @@ void examine(Query& q, const TriangleMesh& mesh, Region& region, Scratch& s, boo
     if (!is_single) region.points.clear();
     for (const int i : region.near) {
         const NearTriangle& near = s.near[static_cast<std::size_t>(i)];
-        const bool face = !is_left_to_neighbour(s, static_cast<std::size_t>(i)) && touches_face(q, mesh, near.triangle, region, s, sound);
+        const bool face = !near.is_left && !near.is_covered && touches_face(q, mesh, near.triangle, region, s, sound);
         if (is_single && !face) region.points.clear();
         if (!is_single && face && near.may_be_under) clip_to_triangle(q, mesh, near.triangle, region, s);
     }
+}
+
+// Whether what may touch a triangle's ridges will be found from the triangles across them. Nothing else is left of a triangle that the
+// shape's lowest feature does not lie over; and what is nearest on a ridge, between the normals, is nearest for both its triangles.
+bool is_covered(const TriangleMesh& mesh, Scratch& s, const NearTriangle& near) {
+    if (near.has_points || near.is_asked) return false;
+    int across[3];
+    for (int k = 0; k < 3; ++k) {
+        across[k] = -1;
+        if (mesh.bend(near.triangle, k) != TriangleMesh::Bend::kRidge) continue;
+        const int neighbour = mesh.neighbour(near.triangle, k);
+        if (neighbour < 0 || mesh.normal(neighbour).dot(mesh.normal(near.triangle)) < 0) return false;
+        across[k] = place_of(s, neighbour);
+        if (across[k] < 0) continue;
+        const NearTriangle& other = s.near[static_cast<std::size_t>(across[k])];
+        if (other.is_left || other.is_covered) return false;
+    }
+    for (const int i : across)
+        if (i >= 0) s.near[static_cast<std::size_t>(i)].is_asked = true;
+    return true;
 }
 
 void add_ridge_manifold(Query& q, Ridge& r) {
@@ -412,8 +444,13 @@ NarrowResult collide_solid_with_mesh(Query& q, const TriangleMesh& mesh, const s
             const NearTriangle& near = s.near[static_cast<std::size_t>(k)];
             if (near.may_be_under) clip_to_triangle(q, mesh, near.triangle, r, s);
         }
-        if (!is_proven(q, mesh, r)) examine(q, mesh, r, s, sound);
+        r.is_proven = is_proven(q, mesh, r);
+        for (const int k : r.near) s.near[static_cast<std::size_t>(k)].has_points = r.near.size() > 1 || r.deepest_on >= 0;
     }
+    for (std::size_t i = 0; i < s.near.size(); ++i) s.near[i].is_left = is_left_to_neighbour(s, i);
+    for (NearTriangle& near : s.near) near.is_covered = is_covered(mesh, s, near);
+    for (std::size_t i = 0; i < s.region_count; ++i)
+        if (!s.regions[i].is_proven) examine(q, mesh, s.regions[i], s, sound);
     if (!sound && s.region_count == 1 && s.ridge_count == 0 && s.regions[0].points.empty()) return failed(q);
     for (std::size_t i = 0; i < s.region_count; ++i)
         if (!s.regions[i].points.empty()) add_region_manifold(q, s.regions[i]);
