@@ -13,13 +13,13 @@ float below(Real x) {
     return nearest - std::abs(nearest) * kUlp - kLeast;
 }
 
-float rounded_down(Real x) {
+}  // namespace
+
+float FlatTree::rounded_down(Real x) {
     return std::abs(x) < static_cast<Real>(std::numeric_limits<float>::max()) ? below(x)
            : x < 0                                                            ? -std::numeric_limits<float>::infinity()
                                                                               : std::numeric_limits<float>::max();
 }
-
-}  // namespace
 
 void FlatTree::set_child(std::size_t node, int side, const Aabb& box, std::int32_t child) {
     for (int axis = 0; axis < 3; ++axis) {

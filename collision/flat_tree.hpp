@@ -1,4 +1,4 @@
-// A bounding volume tree as it is at one moment, laid out for many queries. Internal to the broad phase.
+// A bounding volume tree as it is at one moment, laid out for many queries. Internal to the broad phase and to meshes.
 //
 // A node holds the boxes of both of its children in single precision, rounded outwards, in one line of the cache; nodes lie depth first. So
 // a query looks at inner nodes alone, one line each, and finds every box that it should and now and then one that misses by rounding.
@@ -20,6 +20,9 @@ public:
     void resize(std::size_t inner_nodes) { nodes_.resize(inner_nodes); }
     // `child`: an inner node, or for a leaf −1 − what tells it.
     void set_child(std::size_t node, int side, const Aabb& box, std::int32_t child);
+
+    // The greatest float that is surely at most x; −∞ where there is none.
+    static float rounded_down(Real x);
 
     // Calls visit(leaf) for every leaf whose box overlaps `box`, and for some that miss it by less than single precision tells.
     template <class Visit>
@@ -60,12 +63,14 @@ private:
             const Node& node = nodes_[stack[--size]];
             const std::uint64_t hit = overlaps(node, box);
             const auto go_on = [&](std::int32_t child) {
-                if (child < 0)
+                if (child < 0) {
                     visit(-1 - child);
-                else if (size < kStackSize)
+                } else if (size < kStackSize) {
+                    __builtin_prefetch(&nodes_[child]);
                     stack[size++] = child;
-                else  // boxes nested in each other a hundredfold
+                } else {  // boxes nested in each other a hundredfold
                     query_below(child, box, visit);
+                }
             };
             if ((hit >> 32) != 0) go_on(node.child[1]);
             if ((hit & UINT32_MAX) != 0) go_on(node.child[0]);

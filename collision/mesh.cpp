@@ -1,6 +1,5 @@
 #include "collision/mesh.hpp"
 
-#include "collision/box_splitter.hpp"
 #include "engine/base/error.hpp"
 
 #include <algorithm>
@@ -12,12 +11,11 @@
 namespace cairn {
 namespace {
 
-constexpr int kLeafSize = 4;
 constexpr Real kOneNormal = 1e-5;  // [rad] between triangles of one plane
 constexpr Real kRidge = 2e-3;      // [rad] by which a convex edge must bend to be one
 constexpr Real kSliver = 1e-12;    // smallest area relative to the longest edge squared
 
-using Triangle = std::array<int, 3>;
+using Indices = std::array<int, 3>;
 
 void check_vertices(const std::vector<Vec3>& vertices) {
     for (std::size_t i = 0; i < vertices.size(); ++i)
@@ -25,7 +23,7 @@ void check_vertices(const std::vector<Vec3>& vertices) {
             if (!std::isfinite(vertices[i][k])) throw_invalid("mesh vertex " + std::to_string(i), vertices[i][k], "finite");
 }
 
-void check_indices(const std::vector<Triangle>& triangles, int vertex_count) {
+void check_indices(const std::vector<Indices>& triangles, int vertex_count) {
     if (triangles.empty()) throw_invalid("mesh, number of triangles", 0, "> 0");
     for (std::size_t t = 0; t < triangles.size(); ++t)
         for (const int i : triangles[t])
@@ -33,7 +31,7 @@ void check_indices(const std::vector<Triangle>& triangles, int vertex_count) {
                 throw_invalid("mesh triangle " + std::to_string(t) + ", vertex index", i, "in [0, " + std::to_string(vertex_count) + ")");
 }
 
-std::vector<Vec3> unit_normals(const std::vector<Vec3>& vertices, const std::vector<Triangle>& triangles) {
+std::vector<Vec3> unit_normals(const std::vector<Vec3>& vertices, const std::vector<Indices>& triangles) {
     std::vector<Vec3> normals;
     normals.reserve(triangles.size());
     for (std::size_t t = 0; t < triangles.size(); ++t) {
@@ -68,7 +66,7 @@ struct DirectedEdge {
     bool operator<(const DirectedEdge& e) const { return std::tie(from, to, triangle) < std::tie(e.from, e.to, e.triangle); }
 };
 
-std::vector<Triangle> find_neighbours(const std::vector<Vec3>& vertices, const std::vector<Triangle>& triangles) {
+std::vector<Indices> find_neighbours(const std::vector<Vec3>& vertices, const std::vector<Indices>& triangles) {
     const std::vector<int> id = welded(vertices);
     std::vector<DirectedEdge> edges;
     edges.reserve(3 * triangles.size());
@@ -76,7 +74,7 @@ std::vector<Triangle> find_neighbours(const std::vector<Vec3>& vertices, const s
         for (int k = 0; k < 3; ++k) edges.push_back({id[triangles[t][k]], id[triangles[t][(k + 1) % 3]], t});
     std::sort(edges.begin(), edges.end());
 
-    std::vector<Triangle> neighbours(triangles.size());
+    std::vector<Indices> neighbours(triangles.size());
     for (std::size_t t = 0; t < triangles.size(); ++t)
         for (int k = 0; k < 3; ++k) {
             const DirectedEdge twin{id[triangles[t][(k + 1) % 3]], id[triangles[t][k]], 0};
@@ -96,8 +94,8 @@ Bend bend_between(const Vec3& n, const Vec3& m, const Vec3& along) {
     return bend > kRidge || (n.dot(m) < 0 && bend > -kRidge) ? Bend::kRidge : Bend::kHollow;
 }
 
-Aabb triangle_box(const std::vector<Vec3>& vertices, const Triangle& t) {
-    const Vec3 &a = vertices[t[0]], &b = vertices[t[1]], &c = vertices[t[2]];
+Aabb box_of(const TriangleMesh::Triangle& t) {
+    const Vec3 &a = t.corner[0], &b = t.corner[1], &c = t.corner[2];
     return {a.cwiseMin(b).cwiseMin(c), a.cwiseMax(b).cwiseMax(c)};
 }
 
@@ -107,49 +105,42 @@ TriangleMesh::TriangleMesh(std::vector<Vec3> vertices, std::vector<std::array<in
     : vertices_(std::move(vertices)), triangles_(std::move(triangles)) {
     check_vertices(vertices_);
     check_indices(triangles_, static_cast<int>(vertices_.size()));
-    normals_ = unit_normals(vertices_, triangles_);
-    neighbours_ = find_neighbours(vertices_, triangles_);
-    bends_.resize(triangles_.size());
-    for (std::size_t t = 0; t < triangles_.size(); ++t) {
-        for (int k = 0; k < 3; ++k) {
-            const int other = neighbours_[t][k];
-            const Vec3 along = (vertices_[triangles_[t][(k + 1) % 3]] - vertices_[triangles_[t][k]]).normalized();
-            bends_[t][k] = other < 0 ? Bend::kRidge : bend_between(normals_[t], normals_[other], along);
-        }
-    }
-
+    const std::vector<Vec3> normals = unit_normals(vertices_, triangles_);
+    const std::vector<Indices> neighbours = find_neighbours(vertices_, triangles_);
+    records_.resize(triangles_.size());
     std::vector<Aabb> boxes;
     boxes.reserve(triangles_.size());
-    for (const Triangle& t : triangles_) boxes.push_back(triangle_box(vertices_, t));
-    const BoxSplitter splitter(boxes);
-    order_.resize(triangles_.size());
-    std::iota(order_.begin(), order_.end(), 0);
-
-    // Depth first, so that a node's first child follows it; the second one is patched into its parent when it is reached.
-    struct Task {
-        int *first, *last;
-        int depth, parent;
-    };
-    std::vector<Task> tasks{{order_.data(), order_.data() + order_.size(), 0, -1}};
-    while (!tasks.empty()) {
-        const Task task = tasks.back();
-        tasks.pop_back();
-        const int index = static_cast<int>(nodes_.size());
-        nodes_.push_back({splitter.bounds(task.first, task.last), 0, 0});
-        if (task.parent >= 0) nodes_[task.parent].right = index;
-        const int count = static_cast<int>(task.last - task.first);
-        if (count <= kLeafSize) {
-            nodes_[index].right = static_cast<std::int32_t>(task.first - order_.data());
-            nodes_[index].count = count;
-            continue;
+    for (std::size_t t = 0; t < triangles_.size(); ++t) {
+        Triangle& record = records_[t];
+        record.vertex = triangles_[t];
+        record.neighbour = neighbours[t];
+        record.normal = normals[t];
+        for (int k = 0; k < 3; ++k) record.corner[k] = vertices_[triangles_[t][k]];
+        for (int k = 0; k < 3; ++k) {
+            const int other = neighbours[t][k];
+            const Vec3 along = (record.corner[(k + 1) % 3] - record.corner[k]).normalized();
+            record.bend[k] = other < 0 ? Bend::kRidge : bend_between(normals[t], normals[other], along);
         }
-        int* const middle = splitter.split(task.first, task.last, task.depth);
-        tasks.push_back({middle, task.last, task.depth + 1, index});
-        tasks.push_back({task.first, middle, task.depth + 1, -1});
+        boxes.push_back(box_of(record));
+        bounds_ = t == 0 ? boxes[0] : bounds_.merged(boxes[t]);
     }
-    bounds_ = nodes_[0].box;
-    boxes_.reserve(order_.size());
-    for (const int t : order_) boxes_.push_back(boxes[t]);
+    tree_.emplace(boxes);
+}
+
+// Of triangles from `first` on, which it puts into order.
+void TriangleMesh::keep_overlapping(const Aabb& box, std::vector<int>& triangles, std::size_t first) const {
+    constexpr std::size_t kAhead = 4;
+    std::sort(triangles.begin() + static_cast<std::ptrdiff_t>(first), triangles.end());
+    std::size_t kept = first;
+    for (std::size_t i = first; i < triangles.size(); ++i) {
+        if (i + kAhead < triangles.size()) {
+            const char* const next = reinterpret_cast<const char*>(&triangle(triangles[i + kAhead]));
+            __builtin_prefetch(next);
+            __builtin_prefetch(next + 64);
+        }
+        if (box_of(triangle(triangles[i])).overlaps(box)) triangles[kept++] = triangles[i];
+    }
+    triangles.resize(kept);
 }
 
 }  // namespace cairn

@@ -19,10 +19,9 @@ constexpr int kMaxFan = 64;
 
 // Whether both edges that leave corner k of a triangle fall away from n.
 bool falls_away(const TriangleMesh& mesh, int triangle, int k, const Vec3& n) {
-    const std::array<int, 3>& t = mesh.triangles()[triangle];
-    const auto& v = mesh.vertices();
+    const auto& corner = mesh.triangle(triangle).corner;
     for (int j = 1; j <= 2; ++j) {
-        const Vec3 d = v[t[(k + j) % 3]] - v[t[k]];
+        const Vec3 d = corner[(k + j) % 3] - corner[k];
         if (n.dot(d) > kBelow * d.norm()) return false;
     }
     return true;
@@ -35,37 +34,82 @@ int edge_towards(const TriangleMesh& mesh, int neighbour, int triangle) {
     return -1;
 }
 
-// Triangles whose boxes come nearer to a shape (in the mesh's frame) than the margin: of a sphere by their distance from its centre, else
-// along the shape's own axes.
-void find_triangles(const TriangleMesh& mesh, const PlacedShape& a, Real margin, std::vector<int>& out) {
-    const Aabb reach = shape_aabb(*a.shape, a.X_WS).grown(margin);
-    if (a.shape->type == ShapeType::kSphere) {
-        const Vec3& centre = a.X_WS.p;
-        const Real most = a.shape->radius + margin;
-        const auto is_near = [&](const Aabb& box) {
-            const Vec3 aside = (box.lo - centre).cwiseMax(centre - box.hi).cwiseMax(0.0);
-            return aside.squaredNorm() < most * most;
-        };
-        mesh.query(reach, is_near, is_near, out);
-        return;
-    }
-    const Mat3& R = a.X_WS.R;
-    Vec3 middle, half;  // along the shape's axes
-    for (int k = 0; k < 3; ++k) {
-        const Real hi = support(a, R.col(k)), lo = -support(a, -R.col(k));
-        middle[k] = 0.5 * (lo + hi);
-        half[k] = 0.5 * (hi - lo) + margin;
-    }
-    const Mat3 M = R.transpose(), size = M.cwiseAbs();
-    const auto is_near = [&](const Aabb& box) {
-        const Vec3 apart = (0.5 * (M * (box.lo + box.hi)) - middle).cwiseAbs() - half - 0.5 * (size * (box.hi - box.lo));
-        return apart.maxCoeff() < 0;
-    };
-    mesh.query(
-        reach, [](const Aabb&) { return true; }, is_near, out);
+using Four = MeshTree::Four;
+using Leaf = MeshTree::Leaf;
+using Flags = MeshTree::FourFlags;
+
+constexpr float kSlack = 2e-6F;  // more than rounding makes of the magnitudes that enter a test in single precision
+
+Four all(Real x) {
+    return MeshTree::all(static_cast<float>(x));
 }
 
+Four magnitude(const Four& x) {
+    return reinterpret_cast<Four>(reinterpret_cast<Flags>(x) & 0x7fffffff);
+}
+
+Four larger(const Four& x, const Four& y) {
+    return x > y ? x : y;
+}
+
+// Boxes that are farther from a ball than it reaches.
+struct BeyondBall {
+    Four centre[3], slack, most2;
+
+    BeyondBall(const Vec3& c, Real reach)
+        : centre{all(c.x()), all(c.y()), all(c.z())},
+          slack(all(kSlack * (c.lpNorm<1>() + reach))),
+          most2(all(reach * reach * (1 + kSlack))) {}
+    Flags operator()(const Leaf& leaf) const {
+        Four sum = Four{};
+        for (int k = 0; k < 3; ++k) {
+            const Four aside = larger(larger(leaf.lo[k] - centre[k], centre[k] - leaf.hi[k]) - slack, Four{});
+            sum += aside * aside;
+        }
+        return sum > most2;
+    }
+};
+
+// Boxes that are beyond the reach of a shape along one of its own axes.
+struct BesideShape {
+    Four axis[3][3], size[3][3], middle[3], half[3];
+
+    explicit BesideShape(const SolidReach& reach) {
+        for (int k = 0; k < 3; ++k) {
+            for (int j = 0; j < 3; ++j) {
+                axis[k][j] = all(reach.to_local(k, j));
+                size[k][j] = magnitude(axis[k][j]);
+            }
+            middle[k] = all(0.5 * (reach.lo[k] + reach.hi[k]));
+            half[k] = all(0.5 * (reach.hi[k] - reach.lo[k]) + kSlack * (std::abs(reach.lo[k]) + std::abs(reach.hi[k])));
+        }
+    }
+    Flags operator()(const Leaf& leaf) const {
+        const Four half_all = all(0.5);
+        Four c[3], h[3];
+        for (int k = 0; k < 3; ++k) {
+            c[k] = half_all * (leaf.hi[k] + leaf.lo[k]);
+            h[k] = half_all * (leaf.hi[k] - leaf.lo[k]);
+        }
+        const Four slack = all(kSlack) * (magnitude(c[0]) + magnitude(c[1]) + magnitude(c[2]) + h[0] + h[1] + h[2]);
+        Flags missed = Flags{};
+        for (int k = 0; k < 3; ++k) {
+            const Four apart = magnitude(axis[k][0] * c[0] + axis[k][1] * c[1] + axis[k][2] * c[2] - middle[k]);
+            missed |= apart > half[k] + slack + (size[k][0] * h[0] + size[k][1] * h[1] + size[k][2] * h[2]);
+        }
+        return missed;
+    }
+};
+
 }  // namespace
+
+SolidReach::SolidReach(const PlacedShape& a, Real margin) : to_local(a.X_WS.R.transpose()) {
+    for (int k = 0; k < 3; ++k) {
+        const Vec3 axis = a.X_WS.R.col(k);
+        lo[k] = -support(a, -axis) - margin;
+        hi[k] = support(a, axis) + margin;
+    }
+}
 
 bool is_summit(const TriangleMesh& mesh, int triangle, int k, const Vec3& n) {
     // Around the corner one way, and the other way if a border ends it.
@@ -97,30 +141,29 @@ std::uint32_t edge_key(const TriangleMesh& mesh, int triangle, int corners) {
     std::uint64_t ends[2] = {0, 0};
     int count = 0;
     for (int k = 0; k < 3 && count < 2; ++k)
-        if (corners & (1 << k)) ends[count++] = static_cast<std::uint64_t>(mesh.triangles()[triangle][k]) + 1;
+        if (corners & (1 << k)) ends[count++] = static_cast<std::uint64_t>(mesh.triangle(triangle).vertex[k]) + 1;
     if (ends[0] > ends[1]) std::swap(ends[0], ends[1]);
     return mix(ends[0] << 32 | ends[1]);
 }
 
 MeshEdge mesh_edge(const TriangleMesh& mesh, int triangle, int k) {
     MeshEdge e;
-    e.neighbour = mesh.neighbour(triangle, k);
+    const TriangleMesh::Triangle& t = mesh.triangle(triangle);
+    e.neighbour = t.neighbour[k];
     if (e.neighbour < 0) return e;
-    const std::array<int, 3>& t = mesh.triangles()[triangle];
-    const Vec3& p = mesh.vertices()[t[k]];
-    const Vec3 along = (mesh.vertices()[t[(k + 1) % 3]] - p).normalized();
+    const Vec3 along = (t.corner[(k + 1) % 3] - t.corner[k]).normalized();
     e.away = mesh.normal(e.neighbour).cross(along);  // the neighbour runs along its edge the other way
     e.is_ridge = mesh.bend(triangle, k) == TriangleMesh::Bend::kRidge;
     return e;
 }
 
 void triangle_face(const TriangleMesh& mesh, int triangle, Face& face) {
-    const std::array<int, 3>& t = mesh.triangles()[triangle];
-    face.normal = mesh.normal(triangle);
-    face.offset = face.normal.dot(mesh.vertices()[t[0]]);
+    const TriangleMesh::Triangle& t = mesh.triangle(triangle);
+    face.normal = t.normal;
+    face.offset = face.normal.dot(t.corner[0]);
     face.index = 0;
     face.outline.count = 0;
-    for (int k = 0; k < 3; ++k) face.outline.add(mesh.vertices()[t[k]], static_cast<std::uint8_t>(k));
+    for (int k = 0; k < 3; ++k) face.outline.add(t.corner[k], static_cast<std::uint8_t>(k));
 }
 
 NarrowResult collide_with_mesh(Query& q) {
@@ -132,12 +175,19 @@ NarrowResult collide_with_mesh(Query& q) {
 
     thread_local std::vector<int> triangles;
     triangles.clear();
-    find_triangles(mesh, a, q.margin, triangles);
-    if (triangles.empty()) return NarrowResult::kSeparated;
-
     const std::size_t first = q.out.size();
-    const NarrowResult result = a.shape->type == ShapeType::kSphere ? collide_sphere_with_mesh(local, mesh, triangles)
-                                                                    : collide_solid_with_mesh(local, mesh, triangles);
+    NarrowResult result;
+    const Aabb reach = shape_aabb(*a.shape, a.X_WS).grown(q.margin);
+    if (a.shape->type == ShapeType::kSphere) {
+        mesh.query(reach, BeyondBall(a.X_WS.p, a.shape->radius + q.margin), triangles);
+        if (triangles.empty()) return NarrowResult::kSeparated;
+        result = collide_sphere_with_mesh(local, mesh, triangles);
+    } else {
+        const SolidReach along_axes(a, q.margin);
+        mesh.query(reach, BesideShape(along_axes), triangles);
+        if (triangles.empty()) return NarrowResult::kSeparated;
+        result = collide_solid_with_mesh(local, mesh, along_axes, triangles);
+    }
     if (result == NarrowResult::kFailed) return result;
     const auto depth = [](const Manifold& m) {
         Real d = m.points[0].separation;

@@ -43,8 +43,15 @@ struct OwnFace {
 fcl_query::Answer closest_to_triangle(Query& q, Real shrink, const OwnFace& own, const Vec3 corner[3], const Vec3& normal,
                                       fcl_query::Closest& closest, int& corners);
 
+// What a shape reaches along its own axes, with the margin.
+struct SolidReach {
+    Mat3 to_local;
+    Vec3 lo, hi;
+    SolidReach(const PlacedShape& a, Real margin);
+};
+
 // `triangles`: those near the shape, ascending. Append manifolds in the mesh's frame to q.out.
 NarrowResult collide_sphere_with_mesh(Query& q, const TriangleMesh& mesh, const std::vector<int>& triangles);
-NarrowResult collide_solid_with_mesh(Query& q, const TriangleMesh& mesh, const std::vector<int>& triangles);
+NarrowResult collide_solid_with_mesh(Query& q, const TriangleMesh& mesh, const SolidReach& reach, const std::vector<int>& triangles);
 
 }  // namespace cairn::narrow

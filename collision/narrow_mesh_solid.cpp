@@ -22,8 +22,8 @@ constexpr Real kBeside = 0.01;     // [rad] from a triangle's normal that is as 
 struct Region {
     Vec3 normal;
     Real offset = 0;
-    Real lowest = 0;        // separation of the shape from the plane
-    Candidate deepest;      // of the points
+    Real lowest = 0;    // separation of the shape from the plane
+    Candidate deepest;  // of the points
     bool is_proven = false;
     int deepest_on = -1;    // and its triangle; −1: no points
     int own = -1;           // place in Scratch::faces of the shape's face that comes down on it; −1: none does
@@ -64,6 +64,7 @@ struct Scratch {
     std::vector<Ridge> ridges;
     std::size_t region_count = 0;
     std::size_t ridge_count = 0;
+    std::size_t face_count = 0;
 
     Region& new_region() {
         if (region_count == regions.size()) regions.emplace_back();
@@ -81,41 +82,26 @@ struct Scratch {
     }
 };
 
-Vec3 middle(const TriangleMesh& mesh, int t) {
-    const std::array<int, 3>& v = mesh.triangles()[t];
-    return (mesh.vertices()[v[0]] + mesh.vertices()[v[1]] + mesh.vertices()[v[2]]) / 3;
+Vec3 middle(const TriangleMesh::Triangle& t) {
+    return (t.corner[0] + t.corner[1] + t.corner[2]) / 3;
 }
 
-// The shape's extent along its own axes: triangles beyond it by more than the margin are out of reach.
-struct Reach {
-    Mat3 to_local;
-    Vec3 lo, hi;
-
-    explicit Reach(const Query& q) : to_local(q.a.X_WS.R.transpose()) {
-        for (int k = 0; k < 3; ++k) {
-            const Vec3 axis = q.a.X_WS.R.col(k);
-            lo[k] = -support(q.a, -axis) - q.margin;
-            hi[k] = support(q.a, axis) + q.margin;
-        }
-    }
-    bool misses(const TriangleMesh& mesh, int t) const {
-        const std::array<int, 3>& v = mesh.triangles()[t];
-        const Vec3 a = to_local * mesh.vertices()[v[0]], b = to_local * mesh.vertices()[v[1]], c = to_local * mesh.vertices()[v[2]];
-        return (a.cwiseMin(b).cwiseMin(c).array() >= hi.array()).any() || (a.cwiseMax(b).cwiseMax(c).array() <= lo.array()).any();
-    }
-};
+// Triangles beyond the shape's extent along its own axes are out of reach.
+bool misses(const SolidReach& reach, const TriangleMesh::Triangle& t) {
+    const Vec3 a = reach.to_local * t.corner[0], b = reach.to_local * t.corner[1], c = reach.to_local * t.corner[2];
+    return (a.cwiseMin(b).cwiseMin(c).array() >= reach.hi.array()).any() || (a.cwiseMax(b).cwiseMax(c).array() <= reach.lo.array()).any();
+}
 
 // Where the shape lies beside a triangle, seen along its normal. False if it is out of reach: along the line from its centre to a near
 // point of the triangle, or along the triangle's plane.
-bool look_beside(const Query& q, const TriangleMesh& mesh, const Vec3& centre, Real inside, NearTriangle& near) {
-    const std::array<int, 3>& t = mesh.triangles()[near.triangle];
-    const auto& v = mesh.vertices();
+bool look_beside(const Query& q, const TriangleMesh::Triangle& triangle, const Vec3& centre, Real inside, NearTriangle& near) {
+    const auto& v = triangle.corner;
     Vec3 out[3];
     Real beyond[3];  // the centre's distance beyond each side
     bool all_over = true;
     for (int k = 0; k < 3; ++k) {
-        out[k] = (v[t[(k + 1) % 3]] - v[t[k]]).cross(mesh.normal(near.triangle));
-        beyond[k] = out[k].dot(centre - v[t[k]]);
+        out[k] = (v[(k + 1) % 3] - v[k]).cross(triangle.normal);
+        beyond[k] = out[k].dot(centre - v[k]);
         all_over = all_over && (beyond[k] <= 0 || beyond[k] * beyond[k] <= inside * inside * out[k].squaredNorm());
     }
     if (all_over) return true;
@@ -127,21 +113,21 @@ bool look_beside(const Query& q, const TriangleMesh& mesh, const Vec3& centre, R
         if (beyond[k] > beyond[farthest]) farthest = k;
     }
 
-    const Vec3& from = v[t[farthest]];
-    const Vec3 edge = v[t[(farthest + 1) % 3]] - from;
+    const Vec3& from = v[farthest];
+    const Vec3 edge = v[(farthest + 1) % 3] - from;
     const Vec3 to_edge = from + std::clamp(edge.dot(centre - from) / edge.squaredNorm(), 0.0, 1.0) * edge - centre;
     const Vec3 u = to_edge.normalized();
-    if (std::min({u.dot(v[t[0]]), u.dot(v[t[1]]), u.dot(v[t[2]])}) - support(q.a, u) >= q.margin) return false;
+    if (std::min({u.dot(v[0]), u.dot(v[1]), u.dot(v[2])}) - support(q.a, u) >= q.margin) return false;
 
     Real most = kSlack * q.size;
     for (int k = 0; k < 3; ++k) {
         if (beyond[k] <= inside) continue;
-        const Real apart = -support(q.a, -out[k]) - out[k].dot(v[t[k]]);
+        const Real apart = -support(q.a, -out[k]) - out[k].dot(v[k]);
         if (apart >= q.margin) return false;
         if (apart <= most) continue;
         most = apart;
         near.may_be_under = false;
-        near.beyond = mesh.neighbour(near.triangle, k);
+        near.beyond = triangle.neighbour[k];
     }
     return true;
 }
@@ -167,16 +153,15 @@ int place_of(const Scratch& s, int triangle) {
 
 // The place in s.faces of the face that comes down along a normal, built when first asked for.
 int own_face_towards(const Query& q, const Vec3& normal, Scratch& s) {
+    if (q.a.shape->type == ShapeType::kCapsule) return -1;
     const int index = lowest_face_index(q.a, -normal);
-    for (std::size_t i = 0; i < s.faces.size() && index >= 0; ++i)
+    for (std::size_t i = 0; i < s.face_count && index >= 0; ++i)
         if (s.faces[i].index == index) return static_cast<int>(i);
-    Face& face = s.faces.emplace_back();
-    if (comes_down_flat(q.a, normal, face)) {
-        face.disc_radius = 0;  // a disc's four rim points may come to lie over different triangles: here it is its outline
-        return static_cast<int>(s.faces.size()) - 1;
-    }
-    s.faces.pop_back();
-    return -1;
+    if (s.face_count == s.faces.size()) s.faces.emplace_back();
+    Face& face = s.faces[s.face_count];
+    if (!comes_down_flat(q.a, normal, face)) return -1;
+    face.disc_radius = 0;  // a disc's four rim points may come to lie over different triangles: here it is its outline
+    return static_cast<int>(s.face_count++);
 }
 
 // The region of a triangle with this plane, a new one where there is none.
@@ -196,24 +181,23 @@ Region& region_of(const Query& q, const Vec3& n, Real offset, const Vec3& middle
 }
 
 // Sorts the triangles that the shape may touch from the front into planes.
-void gather(const Query& q, const TriangleMesh& mesh, const std::vector<int>& triangles, Scratch& s) {
-    s.region_count = s.ridge_count = 0;
+void gather(const Query& q, const TriangleMesh& mesh, const SolidReach& reach, const std::vector<int>& triangles, Scratch& s) {
+    s.region_count = s.ridge_count = s.face_count = 0;
     s.near.clear();
-    s.faces.clear();
     s.planes.clear();
-    const Reach reach(q);
     const Vec3 centre = centre_of(q.a);
     const Real inside = inner_radius(*q.a.shape);
     for (const int t : triangles) {
-        if (reach.misses(mesh, t)) continue;
-        const Vec3& n = mesh.normal(t);
-        const Real offset = n.dot(mesh.vertices()[mesh.triangles()[t][0]]);
+        const TriangleMesh::Triangle& triangle = mesh.triangle(t);
+        if (misses(reach, triangle)) continue;
+        const Vec3& n = triangle.normal;
+        const Real offset = n.dot(triangle.corner[0]);
         const Real lowest = -support(q.a, -n) - offset;
         if (lowest >= q.margin) continue;
         NearTriangle near{t};
-        if (!look_beside(q, mesh, centre, inside, near)) continue;
+        if (!look_beside(q, triangle, centre, inside, near)) continue;
         if (n.dot(centre) < offset && support(q.a, n) < offset) continue;
-        Region& r = region_of(q, n, offset, middle(mesh, t), s);
+        Region& r = region_of(q, n, offset, middle(triangle), s);
         if (r.near.empty()) r.lowest = lowest;
         r.near.push_back(static_cast<int>(s.near.size()));
         s.near.push_back(near);
@@ -248,7 +232,7 @@ void clip_to_triangle(const Query& q, const TriangleMesh& mesh, int t, Region& r
         if (in_side && out_side) {  // a corner of the mesh under the shape's face
             if (inner(in - kSideBit) && inner(out - kSideBit)) continue;
             const int corner = (in - kSideBit + 1) % 3 == out - kSideBit ? out - kSideBit : in - kSideBit;
-            c.feature = 0x80000000u | static_cast<std::uint32_t>(mesh.triangles()[t][corner]);
+            c.feature = 0x80000000u | static_cast<std::uint32_t>(mesh.triangle(t).vertex[corner]);
         } else if (in_side || out_side) {
             const int side = (in_side ? in : out) - kSideBit;
             if (inner(side)) continue;
@@ -262,11 +246,10 @@ void clip_to_triangle(const Query& q, const TriangleMesh& mesh, int t, Region& r
 // Whether the shape's lowest point over the region's plane lies over the region itself; FCL has the last word on the point.
 bool is_proven(Query& q, const TriangleMesh& mesh, const Region& r) {
     if (r.deepest_on < 0 || r.deepest.separation > r.lowest + 0.02 * std::abs(r.lowest) + 1e-5 * q.size) return false;
-    const std::array<int, 3>& t = mesh.triangles()[r.deepest_on];
-    const auto& v = mesh.vertices();
+    const auto& corner = mesh.triangle(r.deepest_on).corner;
     ++q.stats.fcl_calls;
     Vec3 nearest;
-    return fcl_query::nearest_on_triangle(r.deepest.core, v[t[0]], v[t[1]], v[t[2]], nearest) != 0 &&
+    return fcl_query::nearest_on_triangle(r.deepest.core, corner[0], corner[1], corner[2], nearest) != 0 &&
            (nearest - r.deepest.foot).norm() < 1e-4 * q.size;
 }
 
@@ -323,7 +306,7 @@ bool add_under_own_face(const Query& q, const TriangleMesh& mesh, int t, const V
         const int in = clipped.edge[i == 0 ? clipped.count - 1 : i - 1], out = clipped.edge[i];
         const bool corner = in < kSideBit && out < kSideBit;
         const std::uint32_t feature =
-            corner ? static_cast<std::uint32_t>(mesh.triangles()[t][out])
+            corner ? static_cast<std::uint32_t>(mesh.triangle(t).vertex[out])
                    : 0x40000000u | ((static_cast<std::uint32_t>(t) << 14) ^ static_cast<std::uint32_t>(in * 128 + out));
         Ridge& r = ridge_along(s, -own, true, 0x10000u + static_cast<std::uint32_t>(face.index));
         add_distinct(r.points, {p, p - height * face.normal, 0, height, feature}, q.size);
@@ -335,9 +318,8 @@ bool add_under_own_face(const Query& q, const TriangleMesh& mesh, int t, const V
 // A ridge against an edge of the shape: one point on either, where FCL saw them closest, brought out to the surfaces.
 void add_bare(const Query& q, const TriangleMesh& mesh, int t, int corners, const fcl_query::Closest& closest, Scratch& s) {
     const Vec3& n = closest.n;
-    const std::array<int, 3>& v = mesh.triangles()[t];
-    const auto& vertices = mesh.vertices();
-    const Real top = std::max({n.dot(vertices[v[0]]), n.dot(vertices[v[1]]), n.dot(vertices[v[2]])});
+    const auto& corner = mesh.triangle(t).corner;
+    const Real top = std::max({n.dot(corner[0]), n.dot(corner[1]), n.dot(corner[2])});
     const Real bottom = -support(q.a, -n);
     if (bottom - top >= q.margin) return;
     const bool capsule = q.a.shape->type == ShapeType::kCapsule;
@@ -372,8 +354,7 @@ bool touches_face(Query& q, const TriangleMesh& mesh, int t, const Region& regio
     // Without ridges what touches is the face, unless the shape is so deep that it may lie behind.
     const bool is_deep = region.deepest_on >= 0 && region.deepest.separation < -kFar * inner_radius(*q.a.shape);
     if (!is_deep && !has_ridge(mesh, t)) return true;
-    const std::array<int, 3>& v = mesh.triangles()[t];
-    const Vec3 corner[3] = {mesh.vertices()[v[0]], mesh.vertices()[v[1]], mesh.vertices()[v[2]]};
+    const Vec3* const corner = mesh.triangle(t).corner.data();
     fcl_query::Closest closest;
     int corners = 7;
     const Answer answer = closest_to_triangle(q, kFar, own_face(region, s, t), corner, region.normal, closest, corners);
@@ -434,9 +415,9 @@ void add_ridge_manifold(Query& q, Ridge& r) {
 
 }  // namespace
 
-NarrowResult collide_solid_with_mesh(Query& q, const TriangleMesh& mesh, const std::vector<int>& triangles) {
+NarrowResult collide_solid_with_mesh(Query& q, const TriangleMesh& mesh, const SolidReach& reach, const std::vector<int>& triangles) {
     thread_local Scratch s;
-    gather(q, mesh, triangles, s);
+    gather(q, mesh, reach, triangles, s);
     bool sound = true;
     for (std::size_t i = 0; i < s.region_count; ++i) {
         Region& r = s.regions[i];

@@ -21,10 +21,9 @@ struct Near {
 bool is_nearest_for_all(const TriangleMesh& mesh, const std::vector<Near>& all, const Near& c, Real size) {
     for (const Near& other : all) {
         if (std::abs(other.distance) >= std::abs(c.distance) - 1e-9 * size) continue;
-        const std::array<int, 3>& t = mesh.triangles()[other.triangle];
-        const auto& v = mesh.vertices();
+        const auto& v = mesh.triangle(other.triangle).corner;
         Vec3 on_other;
-        if (fcl_query::nearest_on_triangle(c.point, v[t[0]], v[t[1]], v[t[2]], on_other) == 0) continue;
+        if (fcl_query::nearest_on_triangle(c.point, v[0], v[1], v[2], on_other) == 0) continue;
         if ((on_other - c.point).squaredNorm() < 1e-14 * size * size) return false;
     }
     return true;
@@ -38,14 +37,13 @@ NarrowResult collide_sphere_with_mesh(Query& q, const TriangleMesh& mesh, const 
     thread_local std::vector<Near> near;
     near.clear();
     for (const int t : triangles) {
-        const std::array<int, 3>& corner = mesh.triangles()[t];
-        const auto& v = mesh.vertices();
-        const Vec3& normal = mesh.normal(t);
-        const Real height = normal.dot(centre - v[corner[0]]);
+        const auto& corner = mesh.triangle(t).corner;
+        const Vec3& normal = mesh.triangle(t).normal;
+        const Real height = normal.dot(centre - corner[0]);
         if (height < -radius || height >= reach) continue;
         ++q.stats.fcl_calls;
         Near c;
-        c.corners = fcl_query::nearest_on_triangle(centre, v[corner[0]], v[corner[1]], v[corner[2]], c.point);
+        c.corners = fcl_query::nearest_on_triangle(centre, corner[0], corner[1], corner[2], c.point);
         if (c.corners == 0) return failed(q);
         c.triangle = t;
         if (c.corners == kInside) {
