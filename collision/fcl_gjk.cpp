@@ -1,6 +1,7 @@
 // GJK from FCL's parts: with its projections on simplices, whose outcome support planes prove; where they do not, as it extends libccd, so
 // that the first direction can be given and an overlap told from a failure. And libccd's portal refinement.
 #include "collision/fcl_query.hpp"
+#include "collision/hull.hpp"
 
 #include <ccd/ccd.h>
 #include <fcl/math/detail/project.h>
@@ -48,6 +49,7 @@ Vec3 farthest_point(const Core& c, const Vec3& d) {
             return Vec3(k * d.x(), k * d.y(), d.z() > 0 ? c.half.z() : -c.half.z());
         }
         case Core::Kind::kPoints: {
+            if (c.hull != nullptr) return c.centre + c.scale * (c.points[c.hull->support(d)] - c.centre);
             int best = 0;
             Real farthest = d.dot(c.points[0]);
             for (int i = 1; i < c.count; ++i) {

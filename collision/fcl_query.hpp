@@ -10,6 +10,10 @@
 
 #include <cstdint>
 
+namespace cairn {
+class ConvexHull;
+}
+
 namespace cairn::fcl_query {
 
 enum class Answer : std::uint8_t { kApart, kContact, kFailed };
@@ -52,6 +56,7 @@ struct Core {
     Vec3 half = Vec3::Zero();      // box: half extents; segment: (0, 0, half length); cylinder: (radius, radius, half height)
     const Vec3* points = nullptr;  // kPoints: centre + scale (points[i] − centre), then posed by R, p
     int count = 0;
+    const ConvexHull* hull = nullptr;  // whose vertices they are, if any: it finds the farthest faster
     Real scale = 1;
     Vec3 centre = Vec3::Zero();  // in the core's frame; a point well inside
 };

@@ -342,6 +342,7 @@ Real make_core(const PlacedShape& s, Real shrink, fcl_query::Core& core) {
             return shape.radius;
         case ShapeType::kHull:
             core.kind = Kind::kPoints;
+            core.hull = shape.hull.get();
             core.points = shape.hull->vertices().data();
             core.count = static_cast<int>(shape.hull->vertices().size());
             core.centre = shape.hull->centroid();
