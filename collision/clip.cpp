@@ -7,6 +7,7 @@ namespace {
 
 // The outward unit normal of side k of a face.
 Vec3 side_normal(const Face& face, int k) {
+    if (face.side != nullptr) return face.side[k];
     const Polygon& o = face.outline;
     const Vec3 along = o.corner[k + 1 == o.count ? 0 : k + 1] - o.corner[k];
     return along.cross(face.normal).normalized();

@@ -34,6 +34,7 @@ struct Face {
     Real disc_radius = 0;  // 0: no disc
     Vec3 disc_centre = Vec3::Zero();
     Polygon outline;
+    const Vec3* side = nullptr;  // outward unit normals of the outline's sides where they are known, size outline.count
 };
 
 // The part of `polygon` above or below the face, cut along the face's sides (planes through its edges along its normal). Corners no farther

@@ -127,20 +127,12 @@ TriangleMesh::TriangleMesh(std::vector<Vec3> vertices, std::vector<std::array<in
     tree_.emplace(boxes);
 }
 
-// Of triangles from `first` on, which it puts into order.
-void TriangleMesh::keep_overlapping(const Aabb& box, std::vector<int>& triangles, std::size_t first) const {
-    constexpr std::size_t kAhead = 4;
-    std::sort(triangles.begin() + static_cast<std::ptrdiff_t>(first), triangles.end());
-    std::size_t kept = first;
-    for (std::size_t i = first; i < triangles.size(); ++i) {
-        if (i + kAhead < triangles.size()) {
-            const char* const next = reinterpret_cast<const char*>(&triangle(triangles[i + kAhead]));
-            __builtin_prefetch(next);
-            __builtin_prefetch(next + 64);
-        }
-        if (box_of(triangle(triangles[i])).overlaps(box)) triangles[kept++] = triangles[i];
-    }
-    triangles.resize(kept);
+void TriangleMesh::query(const Aabb& box, std::vector<int>& out) const {
+    const std::size_t first = out.size();
+    query(
+        box, [](const MeshTree::Leaf&) { return MeshTree::FourFlags{}; }, out);
+    const auto misses = [&](int t) { return !box_of(triangle(t)).overlaps(box); };
+    out.erase(std::remove_if(out.begin() + static_cast<std::ptrdiff_t>(first), out.end(), misses), out.end());
 }
 
 }  // namespace cairn

@@ -4,6 +4,7 @@
 
 #include "collision/mesh_tree.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <optional>
@@ -37,29 +38,27 @@ public:
     const Aabb& bounds() const { return bounds_; }
 
     // Triangles whose box overlaps `box` (both in the mesh's frame), in ascending order; appended to `out`.
-    void query(const Aabb& box, std::vector<int>& out) const {
-        query(
-            box, [](const MeshTree::Leaf&) { return MeshTree::FourFlags{}; }, out);
-    }
-    // The same without those for which `misses` sets the flag in their leaf.
+    void query(const Aabb& box, std::vector<int>& out) const;
+    // The same without those for which `misses` sets the flag in their leaf, and with a few that miss the box by rounding.
     template <class Misses>
-    void query(const Aabb& box, const Misses& misses, std::vector<int>& out) const;
+    void query(const Aabb& box, const Misses& misses, std::vector<int>& out) const {
+        const std::ptrdiff_t first = static_cast<std::ptrdiff_t>(out.size());
+        tree_->query(box, misses, [&](std::int32_t triangle) { out.push_back(triangle); });
+        std::sort(out.begin() + first, out.end());
+    }
+    // For triangles that are soon asked for.
+    void prefetch(int t) const {
+        const char* const record = reinterpret_cast<const char*>(&triangle(t));
+        __builtin_prefetch(record);
+        __builtin_prefetch(record + 64);
+    }
 
 private:
-    void keep_overlapping(const Aabb& box, std::vector<int>& triangles, std::size_t first) const;
-
     std::vector<Vec3> vertices_;
     std::vector<std::array<int, 3>> triangles_;
     std::vector<Triangle> records_;
     std::optional<MeshTree> tree_;
     Aabb bounds_;
 };
-
-template <class Misses>
-void TriangleMesh::query(const Aabb& box, const Misses& misses, std::vector<int>& out) const {
-    const std::size_t first = out.size();
-    tree_->query(box, misses, [&](std::int32_t triangle) { out.push_back(triangle); });
-    keep_overlapping(box, out, first);
-}
 
 }  // namespace cairn

@@ -34,6 +34,7 @@ struct Region {
 // A triangle that the shape may touch.
 struct NearTriangle {
     int triangle = 0;
+    Vec3 side[3];              // outward unit normals of its sides, in its plane
     bool may_be_under = true;  // parts of the shape may lie over it
     int beyond = -1;           // the neighbour across the edge that the whole shape lies beyond; −1: there is none
     bool is_left = false;      // what touches it belongs to a neighbour
@@ -96,7 +97,7 @@ bool misses(const SolidReach& reach, const TriangleMesh::Triangle& t) {
 // point of the triangle, or along the triangle's plane.
 bool look_beside(const Query& q, const TriangleMesh::Triangle& triangle, const Vec3& centre, Real inside, NearTriangle& near) {
     const auto& v = triangle.corner;
-    Vec3 out[3];
+    Vec3* const out = near.side;
     Real beyond[3];  // the centre's distance beyond each side
     bool all_over = true;
     for (int k = 0; k < 3; ++k) {
@@ -104,7 +105,6 @@ bool look_beside(const Query& q, const TriangleMesh::Triangle& triangle, const V
         beyond[k] = out[k].dot(centre - v[k]);
         all_over = all_over && (beyond[k] <= 0 || beyond[k] * beyond[k] <= inside * inside * out[k].squaredNorm());
     }
-    if (all_over) return true;
     int farthest = 0;
     for (int k = 0; k < 3; ++k) {
         const Real length = out[k].norm();
@@ -112,6 +112,7 @@ bool look_beside(const Query& q, const TriangleMesh::Triangle& triangle, const V
         beyond[k] /= length;
         if (beyond[k] > beyond[farthest]) farthest = k;
     }
+    if (all_over) return true;
 
     const Vec3& from = v[farthest];
     const Vec3 edge = v[(farthest + 1) % 3] - from;
@@ -187,14 +188,17 @@ void gather(const Query& q, const TriangleMesh& mesh, const SolidReach& reach, c
     s.planes.clear();
     const Vec3 centre = centre_of(q.a);
     const Real inside = inner_radius(*q.a.shape);
-    for (const int t : triangles) {
+    for (std::size_t i = 0; i < triangles.size(); ++i) {
+        if (i + kTrianglesAhead < triangles.size()) mesh.prefetch(triangles[i + kTrianglesAhead]);
+        const int t = triangles[i];
         const TriangleMesh::Triangle& triangle = mesh.triangle(t);
         if (misses(reach, triangle)) continue;
         const Vec3& n = triangle.normal;
         const Real offset = n.dot(triangle.corner[0]);
         const Real lowest = -support(q.a, -n) - offset;
         if (lowest >= q.margin) continue;
-        NearTriangle near{t};
+        NearTriangle near;
+        near.triangle = t;
         if (!look_beside(q, triangle, centre, inside, near)) continue;
         if (n.dot(centre) < offset && support(q.a, n) < offset) continue;
         Region& r = region_of(q, n, offset, middle(triangle), s);
@@ -212,9 +216,11 @@ bool add_distinct(std::vector<Candidate>& points, const Candidate& c, Real size)
 }
 
 // The shape's lowest feature over one triangle of a region. What is cut off by an edge inside the region goes on in the next triangle.
-void clip_to_triangle(const Query& q, const TriangleMesh& mesh, int t, Region& region, const Scratch& s) {
+void clip_to_triangle(const Query& q, const TriangleMesh& mesh, const NearTriangle& near, Region& region, const Scratch& s) {
+    const int t = near.triangle;
     Face face;
     triangle_face(mesh, t, face);
+    face.side = near.side;
     face.normal = region.normal;
     face.offset = region.offset;
     Candidate found[kMaxCandidates];
@@ -376,7 +382,7 @@ void examine(Query& q, const TriangleMesh& mesh, Region& region, Scratch& s, boo
         const NearTriangle& near = s.near[static_cast<std::size_t>(i)];
         const bool face = !near.is_left && !near.is_covered && touches_face(q, mesh, near.triangle, region, s, sound);
         if (is_single && !face) region.points.clear();
-        if (!is_single && face && near.may_be_under) clip_to_triangle(q, mesh, near.triangle, region, s);
+        if (!is_single && face && near.may_be_under) clip_to_triangle(q, mesh, near, region, s);
     }
 }
 
@@ -423,7 +429,7 @@ NarrowResult collide_solid_with_mesh(Query& q, const TriangleMesh& mesh, const S
         Region& r = s.regions[i];
         for (const int k : r.near) {
             const NearTriangle& near = s.near[static_cast<std::size_t>(k)];
-            if (near.may_be_under) clip_to_triangle(q, mesh, near.triangle, r, s);
+            if (near.may_be_under) clip_to_triangle(q, mesh, near, r, s);
         }
         r.is_proven = is_proven(q, mesh, r);
         for (const int k : r.near) s.near[static_cast<std::size_t>(k)].has_points = r.near.size() > 1 || r.deepest_on >= 0;
