@@ -119,6 +119,7 @@ TriangleMesh::TriangleMesh(std::vector<Vec3> vertices, std::vector<std::array<in
         for (int k = 0; k < 3; ++k) {
             const int other = neighbours[t][k];
             const Vec3 along = (record.corner[(k + 1) % 3] - record.corner[k]).normalized();
+            record.is_sharp[k] = other >= 0 && normals[t].dot(normals[other]) < 0;
             record.bend[k] = other < 0 ? Bend::kRidge : bend_between(normals[t], normals[other], along);
         }
         boxes.push_back(box_of(record));

@@ -23,6 +23,7 @@ public:
         Vec3 normal;
         std::array<int, 3> vertex, neighbour;
         std::array<Bend, 3> bend;
+        std::array<bool, 3> is_sharp;  // by more than a right angle across the edge
     };
 
     // Throws Error naming the triangle or vertex: not finite, an index out of range, a triangle without area.
@@ -43,14 +44,13 @@ public:
     template <class Misses>
     void query(const Aabb& box, const Misses& misses, std::vector<int>& out) const {
         const std::ptrdiff_t first = static_cast<std::ptrdiff_t>(out.size());
-        tree_->query(box, misses, [&](std::int32_t triangle) { out.push_back(triangle); });
+        tree_->query(box, misses, [&](std::int32_t found) {
+            const char* const record = reinterpret_cast<const char*>(&triangle(found));
+            __builtin_prefetch(record);  // it will soon be asked for
+            __builtin_prefetch(record + 64);
+            out.push_back(found);
+        });
         std::sort(out.begin() + first, out.end());
-    }
-    // For triangles that are soon asked for.
-    void prefetch(int t) const {
-        const char* const record = reinterpret_cast<const char*>(&triangle(t));
-        __builtin_prefetch(record);
-        __builtin_prefetch(record + 64);
     }
 
 private:

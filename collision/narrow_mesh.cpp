@@ -101,10 +101,6 @@ struct BesideShape {
     }
 };
 
-void fetch_first(const TriangleMesh& mesh, const std::vector<int>& triangles) {
-    for (std::size_t i = 0; i < std::min(kTrianglesAhead, triangles.size()); ++i) mesh.prefetch(triangles[i]);
-}
-
 }  // namespace
 
 SolidReach::SolidReach(const PlacedShape& a, Real margin) : to_local(a.X_WS.R.transpose()) {
@@ -185,13 +181,11 @@ NarrowResult collide_with_mesh(Query& q) {
     if (a.shape->type == ShapeType::kSphere) {
         mesh.query(reach, BeyondBall(a.X_WS.p, a.shape->radius + q.margin), triangles);
         if (triangles.empty()) return NarrowResult::kSeparated;
-        fetch_first(mesh, triangles);
         result = collide_sphere_with_mesh(local, mesh, triangles);
     } else {
         const SolidReach along_axes(a, q.margin);
         mesh.query(reach, BesideShape(along_axes), triangles);
         if (triangles.empty()) return NarrowResult::kSeparated;
-        fetch_first(mesh, triangles);
         result = collide_solid_with_mesh(local, mesh, along_axes, triangles);
     }
     if (result == NarrowResult::kFailed) return result;

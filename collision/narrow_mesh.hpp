@@ -13,9 +13,6 @@ namespace cairn::narrow {
 // Manifolds beyond this number, the shallowest, are dropped.
 constexpr int kMaxMeshManifolds = 16;
 
-// So many triangles ahead they are fetched from memory.
-constexpr std::size_t kTrianglesAhead = 4;
-
 // Cluster keys: what stays the same while a body slides over the mesh.
 std::uint32_t plane_key(const Vec3& normal, Real offset, Real size);          // of a flat region
 std::uint32_t edge_key(const TriangleMesh& mesh, int triangle, int corners);  // of a corner or edge, bits as in nearest_on_triangle

@@ -188,9 +188,7 @@ void gather(const Query& q, const TriangleMesh& mesh, const SolidReach& reach, c
     s.planes.clear();
     const Vec3 centre = centre_of(q.a);
     const Real inside = inner_radius(*q.a.shape);
-    for (std::size_t i = 0; i < triangles.size(); ++i) {
-        if (i + kTrianglesAhead < triangles.size()) mesh.prefetch(triangles[i + kTrianglesAhead]);
-        const int t = triangles[i];
+    for (const int t : triangles) {
         const TriangleMesh::Triangle& triangle = mesh.triangle(t);
         if (misses(reach, triangle)) continue;
         const Vec3& n = triangle.normal;
@@ -391,12 +389,12 @@ void examine(Query& q, const TriangleMesh& mesh, Region& region, Scratch& s, boo
 bool is_covered(const TriangleMesh& mesh, Scratch& s, const NearTriangle& near) {
     if (near.has_points || near.is_asked) return false;
     int across[3];
+    const TriangleMesh::Triangle& t = mesh.triangle(near.triangle);
     for (int k = 0; k < 3; ++k) {
         across[k] = -1;
-        if (mesh.bend(near.triangle, k) != TriangleMesh::Bend::kRidge) continue;
-        const int neighbour = mesh.neighbour(near.triangle, k);
-        if (neighbour < 0 || mesh.normal(neighbour).dot(mesh.normal(near.triangle)) < 0) return false;
-        across[k] = place_of(s, neighbour);
+        if (t.bend[k] != TriangleMesh::Bend::kRidge) continue;
+        if (t.neighbour[k] < 0 || t.is_sharp[k]) return false;
+        across[k] = place_of(s, t.neighbour[k]);
         if (across[k] < 0) continue;
         const NearTriangle& other = s.near[static_cast<std::size_t>(across[k])];
         if (other.is_left || other.is_covered) return false;

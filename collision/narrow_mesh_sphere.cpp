@@ -36,9 +36,7 @@ NarrowResult collide_sphere_with_mesh(Query& q, const TriangleMesh& mesh, const 
     const Real radius = q.a.shape->radius, reach = radius + q.margin;
     thread_local std::vector<Near> near;
     near.clear();
-    for (std::size_t i = 0; i < triangles.size(); ++i) {
-        if (i + kTrianglesAhead < triangles.size()) mesh.prefetch(triangles[i + kTrianglesAhead]);
-        const int t = triangles[i];
+    for (const int t : triangles) {
         const auto& corner = mesh.triangle(t).corner;
         const Vec3& normal = mesh.triangle(t).normal;
         const Real height = normal.dot(centre - corner[0]);
