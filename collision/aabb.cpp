@@ -19,10 +19,8 @@ void include(Aabb& box, const Vec3& x) {
 }
 
 Aabb of_hull(const ConvexHull& hull, const Transform& X_WS) {
-    const Vec3 first = X_WS * hull.vertices()[0];
-    Aabb box{first, first};
-    for (const Vec3& v : hull.vertices()) include(box, X_WS * v);
-    return box;
+    const Aabb turned = hull.bounds(X_WS.R);
+    return {turned.lo + X_WS.p, turned.hi + X_WS.p};
 }
 
 Aabb of_mesh(const TriangleMesh& mesh, const Transform& X_WS) {

@@ -326,4 +326,21 @@ Real ConvexHull::extent(const Vec3& d) const {
     return most[0] > most[1] ? most[0] : most[1];
 }
 
+Aabb ConvexHull::bounds(const Mat3& R) const {
+    Aabb box;
+    for (int k = 0; k < 3; ++k) {
+        const Real* c = coordinates_.data();
+        const Pair x = {R(k, 0), R(k, 0)}, y = {R(k, 1), R(k, 1)}, z = {R(k, 2), R(k, 2)};
+        Pair least = (x * load(c) + y * load(c + 2)) + z * load(c + 4), most = least;
+        for (const Real* const end = c + coordinates_.size(); (c += 6) != end;) {
+            const Pair along = (x * load(c) + y * load(c + 2)) + z * load(c + 4);
+            least = along < least ? along : least;
+            most = along > most ? along : most;
+        }
+        box.lo[k] = least[0] < least[1] ? least[0] : least[1];
+        box.hi[k] = most[0] > most[1] ? most[0] : most[1];
+    }
+    return box;
+}
+
 }  // namespace cairn

@@ -1,7 +1,7 @@
 // Convex hull of a point set: vertices, planar faces with counter-clockwise loops, edges. Built once (Qhull), then constant.
 #pragma once
 
-#include "engine/base/math.hpp"
+#include "collision/aabb.hpp"
 
 #include <span>
 #include <vector>
@@ -44,6 +44,8 @@ public:
     int face_along(const Vec3& d) const;
     // max d·v over the vertices.
     Real extent(const Vec3& d) const;
+    // The box of the hull turned by R.
+    Aabb bounds(const Mat3& R) const;
 
 private:
     void find_neighbours();
