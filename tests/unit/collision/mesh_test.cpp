@@ -105,6 +105,28 @@ TEST_CASE("a mesh query finds what brute force finds, in ascending order, and ap
     CHECK(static_cast<int>(all.size()) == count);
 }
 
+TEST_CASE("a mesh query leaves out what is said to be missed, and nothing else") {
+    using Leaf = MeshTree::Leaf;
+    std::mt19937 random(5);
+    const Grid soup = random_soup(500, random);
+    const TriangleMesh mesh(soup.vertices, soup.triangles);
+    const auto is_high = [](const Leaf& leaf) { return leaf.lo[2] > 1.0F; };
+    std::vector<int> all, low, expected;
+    mesh.query(mesh.bounds(), all);
+    mesh.query(mesh.bounds(), is_high, low);
+    for (const int t : all) {
+        const TriangleMesh::Triangle& record = mesh.triangle(t);
+        for (int k = 0; k < 3; ++k) {
+            REQUIRE(record.vertex[k] == mesh.triangles()[t][k]);
+            REQUIRE(record.corner[k] == mesh.vertices()[record.vertex[k]]);
+        }
+        const Real bottom = std::min({record.corner[0].z(), record.corner[1].z(), record.corner[2].z()});
+        if (bottom < 1 + 1e-6) expected.push_back(t);  // boxes are kept in single precision, rounded outwards
+    }
+    CHECK(low == expected);
+    CHECK(low.size() < all.size());
+}
+
 TEST_CASE("triangles that all lie at one place do not make the tree too deep") {
     Grid g;
     for (int i = 0; i < 1000; ++i) {

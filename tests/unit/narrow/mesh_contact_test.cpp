@@ -15,6 +15,10 @@ Real flat(Real, Real) {
 Real roof(Real x, Real) {
     return -std::abs(x);
 }
+// No two of its triangles lie in one plane.
+Real rough_roof(Real x, Real y) {
+    return -std::abs(x) * (1 + 0.1 * std::sin(7 * y + 2 * x));
+}
 Real valley(Real x, Real) {
     return std::abs(x);
 }
@@ -132,6 +136,30 @@ TEST_CASE("a box laid on a ridge rests on it with its own face's normal") {
     CHECK(o.manifolds[0].count >= 2);
     CHECK(o.manifolds[0].owner == NormalOwner::kA);
     CHECK(deepest(o.manifolds[0]) == Approx(-1e-3).margin(1e-12));
+}
+
+// Across the ridge the capsule's axis lies over both slopes; nearly along it over neither, and one of the triangles alone is asked.
+TEST_CASE("a capsule on a ridge touches it where its axis crosses it, whichever way it lies") {
+    const Shape mesh = grid_mesh(8, 0.25, rough_roof);
+    const Shape capsule = Shape::capsule(0.1, 0.3);
+    Random r(7);
+    for (int i = 0; i < 500; ++i) {
+        const Real yaw = i % 2 == 0 ? uniform(r, -1, 1) : 0.5 * kPi - uniform(r, 0.1, 0.2), tilt = uniform(r, -0.05, 0.05);
+        const Mat3 R = rotation(kUp, yaw) * rotation(Vec3::UnitY(), 0.5 * kPi + tilt);
+        const Vec3 axis = R.col(2);
+        Vec3 n = axis.cross(Vec3::UnitY()).normalized();
+        if (n.z() < 0) n = -n;
+        const Real gap = uniform(r, -1e-3, 1e-3);
+        const Vec3 on_ridge(0, 0.25 * (std::floor(uniform(r, -2, 2)) + uniform(r, 0.1, 0.9)), 0);  // not where two of its edges meet
+        const Vec3 p = on_ridge + (0.1 + gap) * n + uniform(r, -0.1, 0.1) * axis;
+        const Outcome o = collide(capsule, at(p.x(), p.y(), p.z(), R), mesh, at(0, 0, 0), 0.02);
+        CAPTURE(i, n.transpose());
+        const auto crosses = [&](const Manifold& m) { return (m.n - n).norm() < 1e-6 && (m.points[0].core_b - on_ridge).norm() < 1e-5; };
+        const auto found = std::find_if(o.manifolds.begin(), o.manifolds.end(), crosses);
+        REQUIRE(found != o.manifolds.end());
+        CHECK(found->count == 1);
+        CHECK(found->points[0].separation == Approx(gap).margin(1e-6));
+    }
 }
 
 TEST_CASE("a box between floor and wall touches each with its normal") {
