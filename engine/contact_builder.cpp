@@ -96,7 +96,7 @@ void add_spin(WorldData& world, ContactPool& pool, const Contact& c, const Cache
     row.torsional = std::max(a.torsional_friction, b.torsional_friction);
     row.rolling = std::max(a.rolling_friction, b.rolling_friction);
     if (row.torsional == 0 && row.rolling == 0) return;
-    row.block = static_cast<int>(pool.blocks.size()) - 1;
+    row.block = static_cast<int>(pool.block_count) - 1;
     row.warm = m.warm_spin;
     pool.spins.push_back(row);
 }
@@ -157,7 +157,7 @@ void build_in_turn(WorldData& world, IslandWorkspace& work, Real dt, const std::
     ContactPool& pool = work.contact_pool;
     std::vector<Contact>& contacts = world.contacts.slots();
     SolverBody a, b;
-    ContactPlace place{pool.blocks.size(), pool.point_count, pool.friction_count};
+    ContactPlace place{pool.block_count, pool.point_count, pool.friction_count};
     for (int k = 0; k < count; ++k) {
         Contact& c = contacts[slots[k]];
         if (k + 2 * kPrefetchAhead < count) prefetch_contact(contacts[slots[k + 2 * kPrefetchAhead]]);
@@ -167,9 +167,9 @@ void build_in_turn(WorldData& world, IslandWorkspace& work, Real dt, const std::
         for (int i = 0; i < c.manifold_count; ++i) {
             CachedManifold& m = c.manifold(i);
             if (m.count == 0) continue;
-            pool.make_room(m.count, 2 * m.count);
-            pool.blocks.emplace_back();
+            pool.make_room(1, m.count, 2 * m.count);
             build_manifold(world, work, dt, c, m, a, b, place);
+            pool.block_count = place.block;
             pool.point_count = place.point;
             pool.friction_count = place.friction;
             if (world.has_spin_friction && world.settings.model.friction != FrictionModel::kNone) add_spin(world, pool, c, m);
@@ -184,7 +184,7 @@ void build_side_by_side(WorldData& world, IslandWorkspace& work, Real dt, const 
     constexpr std::size_t kPiece = 64;
     ContactPool& pool = work.contact_pool;
     std::vector<Contact>& contacts = world.contacts.slots();
-    ContactPlace place{pool.blocks.size(), pool.point_count, pool.friction_count};
+    ContactPlace place{pool.block_count, pool.point_count, pool.friction_count};
     work.places.clear();
     for (int k = 0; k < count; ++k) {
         if (k % kPiece == 0) work.places.push_back(place);
@@ -194,9 +194,9 @@ void build_side_by_side(WorldData& world, IslandWorkspace& work, Real dt, const 
         if (c.manifold_count == 1) place.block += c.point_count > 0;
         for (int i = 0; i < c.manifold_count && c.manifold_count > 1; ++i) place.block += c.manifold(i).count > 0;
     }
-    pool.make_room(place.point - pool.point_count, place.friction - pool.friction_count);
-    pool.blocks.resize(place.block);
+    pool.make_room(place.block - pool.block_count, place.point - pool.point_count, place.friction - pool.friction_count);
     work.block_sources.resize(place.block);
+    pool.block_count = place.block;
     pool.point_count = place.point;
     pool.friction_count = place.friction;
     work.team->for_pieces(static_cast<std::size_t>(count), kPiece, [&](std::size_t begin, std::size_t end, int) {
@@ -268,7 +268,7 @@ void build_contact_blocks(WorldData& world, IslandWorkspace& work, Real dt, cons
         build_side_by_side(world, work, dt, order.data() + begin, end - begin, island);
     else
         build_in_turn(world, work, dt, order.data() + begin, end - begin, island);
-    island.contacts.end = static_cast<int>(work.contact_pool.blocks.size());
+    island.contacts.end = static_cast<int>(work.contact_pool.block_count);
     island.spins.end = static_cast<int>(work.contact_pool.spins.size());
 }
 

@@ -59,7 +59,7 @@ SiIsland build_island(WorldData& world, IslandWorkspace& work, int index, Real d
 
     build_joint_blocks(world, work, index, island);
 
-    island.contacts.begin = static_cast<int>(work.contact_pool.blocks.size());
+    island.contacts.begin = static_cast<int>(work.contact_pool.block_count);
     island.spins.begin = static_cast<int>(work.contact_pool.spins.size());
     const IndexRange contacts = islands.items(index, IslandBuilder::kContact);
     build_contact_blocks(world, work, dt, islands.item_list(IslandBuilder::kContact), contacts.begin, contacts.end, island);
@@ -297,7 +297,10 @@ void build_islands(WorldData& world, StepReport& report) {
     islands.begin(world.bodies.size(), world.active.bodies.numbers());
     const auto dynamic = [&](std::uint32_t body) { return body != UINT32_MAX && world.bodies[body].is_awake() ? body : UINT32_MAX; };
     const std::vector<Contact>& contacts = world.contacts.slots();
-    for (const std::uint32_t k : world.active.contacts.numbers()) {
+    const std::vector<std::uint32_t>& slots = world.active.contacts.numbers();
+    for (std::size_t i = 0; i < slots.size(); ++i) {
+        if (i + 2 * kPrefetchAhead < slots.size()) prefetch_contact(contacts[slots[i + 2 * kPrefetchAhead]]);
+        const std::uint32_t k = slots[i];
         const Contact& c = contacts[k];
         if (c.manifold_count == 0) continue;
         const std::uint32_t a = dynamic(c.body_a), b = dynamic(c.body_b);

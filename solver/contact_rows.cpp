@@ -140,9 +140,8 @@ inline void set_point_row(PointRow& row, const Vec3& direction, const Vec3& r_a,
 }  // namespace
 
 void ContactPool::clear() {
-    blocks.clear();
     spins.clear();
-    point_count = friction_count = 0;
+    block_count = point_count = friction_count = 0;
 }
 
 PointRange points_of(const ContactPool& pool, BlockRange range) {
@@ -150,7 +149,8 @@ PointRange points_of(const ContactPool& pool, BlockRange range) {
     return {first.first, last.first + last.count};
 }
 
-void ContactPool::make_room(std::size_t points, std::size_t friction_rows) {
+void ContactPool::make_room(std::size_t more_blocks, std::size_t points, std::size_t friction_rows) {
+    if (block_count + more_blocks > blocks.size()) blocks.resize(block_count + more_blocks);
     const std::size_t p = point_count + points, f = friction_count + friction_rows;
     if (p > normals.size()) {
         normals.resize(p);

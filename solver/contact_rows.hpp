@@ -120,11 +120,12 @@ struct ContactPool {
     std::vector<PointImpulse> direction;  // likewise
     std::vector<SpinRow> spins;
     // In use; the vectors keep their size from step to step.
+    std::size_t block_count = 0;
     std::size_t point_count = 0;
     std::size_t friction_count = 0;
     void clear();
-    // Grows the vectors for so many more points and friction rows.
-    void make_room(std::size_t points, std::size_t friction_rows);
+    // Grows the vectors for so many more blocks, points and friction rows.
+    void make_room(std::size_t more_blocks, std::size_t points, std::size_t friction_rows);
 };
 
 struct BlockRange {

@@ -23,7 +23,7 @@ struct Pair {
         block.a = 1, block.b = 2, block.count = 1;
         block.n = random_direction(random);
         block.inv_mass_a = bodies.motion[1].inv_mass, block.inv_mass_b = bodies.motion[2].inv_mass;
-        pool.make_room(1, 0);
+        pool.make_room(0, 1, 0);
         pool.point_count = 1;
         pool.blocks.push_back(block);
         SpinRow row;
