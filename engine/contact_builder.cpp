@@ -160,8 +160,7 @@ void build_in_turn(WorldData& world, IslandWorkspace& work, Real dt, const std::
     ContactPlace place{pool.block_count, pool.point_count, pool.friction_count};
     for (int k = 0; k < count; ++k) {
         Contact& c = contacts[slots[k]];
-        if (k + 2 * kPrefetchAhead < count) prefetch_contact(contacts[slots[k + 2 * kPrefetchAhead]]);
-        if (k + kPrefetchAhead < count) prefetch_manifold(contacts[slots[k + kPrefetchAhead]]);
+        prefetch_ahead(contacts, slots, static_cast<std::size_t>(k), static_cast<std::size_t>(count));
         set_solver_body(world, work, c.body_a, island, a);
         set_solver_body(world, work, c.body_b, island, b);
         for (int i = 0; i < c.manifold_count; ++i) {
@@ -204,8 +203,7 @@ void build_side_by_side(WorldData& world, IslandWorkspace& work, Real dt, const 
         SolverBody a, b;
         for (std::size_t k = begin; k < end; ++k) {
             Contact& c = contacts[slots[k]];
-            if (k + 2 * kPrefetchAhead < end) prefetch_contact(contacts[slots[k + 2 * kPrefetchAhead]]);
-            if (k + kPrefetchAhead < end) prefetch_manifold(contacts[slots[k + kPrefetchAhead]]);
+            prefetch_ahead(contacts, slots, k, end);
             find_solver_body(world, work, c.body_a, a);
             find_solver_body(world, work, c.body_b, b);
             for (int i = 0; i < c.manifold_count; ++i) {

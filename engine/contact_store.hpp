@@ -94,6 +94,15 @@ inline void prefetch_manifold([[maybe_unused]] const Contact& c) {
 }
 constexpr int kPrefetchAhead = 4;  // contacts
 
+// In a loop over the contacts in slots[0, count), at its k-th: a contact first, and what hangs on it once that has come.
+inline void prefetch_contact_ahead(const std::vector<Contact>& contacts, const std::uint32_t* slots, std::size_t k, std::size_t count) {
+    if (k + 2 * kPrefetchAhead < count) prefetch_contact(contacts[slots[k + 2 * kPrefetchAhead]]);
+}
+inline void prefetch_ahead(const std::vector<Contact>& contacts, const std::uint32_t* slots, std::size_t k, std::size_t count) {
+    prefetch_contact_ahead(contacts, slots, k, count);
+    if (k + kPrefetchAhead < count) prefetch_manifold(contacts[slots[k + kPrefetchAhead]]);
+}
+
 class ContactStore {
 public:
     // Adds the contact of a pair of shapes; returns its slot. Slots are reused and keep their memory.

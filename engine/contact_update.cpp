@@ -151,8 +151,7 @@ void update_in_turn(WorldData& world, Real dt) {
     std::vector<Contact>& contacts = world.contacts.slots();
     const std::vector<std::uint32_t>& slots = world.active.contacts.numbers();
     for (std::size_t k = 0; k < slots.size(); ++k) {
-        if (k + 2 * kPrefetchAhead < slots.size()) prefetch_contact(contacts[slots[k + 2 * kPrefetchAhead]]);
-        if (k + kPrefetchAhead < slots.size()) prefetch_manifold(contacts[slots[k + kPrefetchAhead]]);
+        prefetch_ahead(contacts, slots.data(), k, slots.size());
         Contact& c = contacts[slots[k]];
         if (rests(world, c)) {
             pass_over(world, work, c);
@@ -186,7 +185,7 @@ void update_side_by_side(WorldData& world, Real dt) {
     for_pieces(world.team, slots.size(), kPiece, [&](std::size_t begin, std::size_t end, int worker) {
         NarrowWorkspace& work = world.narrow[worker];
         for (std::size_t k = begin; k < end; ++k) {
-            if (k + kPrefetchAhead < end) prefetch_manifold(contacts[slots[k + kPrefetchAhead]]);
+            prefetch_ahead(contacts, slots.data(), k, end);
             Contact& c = contacts[slots[k]];
             if (rests(world, c)) {
                 pass_over(world, work, c);

@@ -27,7 +27,7 @@ constexpr Real kLeastSubstep = 1e-12;
 struct WorldSettings {
     Vec3 gravity{0, 0, -9.81};  // [m/s²]
     int substeps = 4;           // per step, >= 1; `auto` takes fewer where that serves (islands that rest, piles that move)
-    int iterations = 2;         // most sweeps per solve, >= 1
+    int iterations = 2;         // most sweeps per solve, >= 1; more in the first solve of a substep that stands for several
     // [m/s]: a solve stops sweeping once no row changes its velocity by more. With 0 it still stops where a sweep changes nothing at all,
     // since another one would not either.
     Real residual_tolerance = 1e-4;

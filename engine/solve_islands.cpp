@@ -24,7 +24,7 @@ int most_sweeps(const WorldSettings& s, int asked) {
 SiSettings si_settings(const WorldSettings& s, int substeps) {
     SiSettings out;
     out.substeps = substeps;
-    out.first_iterations = out.iterations = most_sweeps(s, s.iterations);
+    out.iterations = most_sweeps(s, s.iterations);
     out.residual_tolerance = solve_tolerance(s);
     out.stabilisation = s.stabilisation;
     out.model = s.model;
@@ -228,7 +228,7 @@ bool solve_island(WorldData& world, IslandWorkspace& work, int index, const SiIs
         IslandProbe* probe = begin_probe(world, work, island);
         settings.substeps = substeps;
         // The sweeps that fewer substeps leave out are made where they are cheap and take most of a penetration away.
-        settings.first_iterations *= std::max(1, default_substeps / substeps);
+        settings.first_solve = std::max(1, default_substeps / substeps);
         settings.may_gain = plan.pace != Pace::kFast;
         settings.contact_push = 1 - std::pow(1 - settings.contact_push, static_cast<Real>(default_substeps) / substeps);
         const SiReport si = solver == SolverChoice::kTgs
@@ -299,7 +299,7 @@ void build_islands(WorldData& world, StepReport& report) {
     const std::vector<Contact>& contacts = world.contacts.slots();
     const std::vector<std::uint32_t>& slots = world.active.contacts.numbers();
     for (std::size_t i = 0; i < slots.size(); ++i) {
-        if (i + 2 * kPrefetchAhead < slots.size()) prefetch_contact(contacts[slots[i + 2 * kPrefetchAhead]]);
+        prefetch_contact_ahead(contacts, slots.data(), i, slots.size());
         const std::uint32_t k = slots[i];
         const Contact& c = contacts[k];
         if (c.manifold_count == 0) continue;

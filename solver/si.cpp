@@ -5,6 +5,7 @@
 #include "solver/spin_rows.hpp"
 
 #include <algorithm>
+#include <limits>
 
 namespace cairn {
 namespace {
@@ -66,6 +67,11 @@ void note(SiContext& c, SolveTurn turn) {
     if (turn == SolveTurn::kSecond) c.probe->measure(c.bodies, c.contacts, c.contacts.impulse, c.joints);
 }
 
+int first_sweeps(const SiSettings& s) {
+    constexpr int kMost = std::numeric_limits<int>::max();
+    return s.iterations > kMost / s.first_solve ? kMost : s.iterations * s.first_solve;
+}
+
 // Kick, then velocities that the drift may use without any error growing.
 void first_solve(SiContext& c) {
     kick_bodies(c, 0.5 * c.h);
@@ -81,7 +87,7 @@ void first_solve(SiContext& c) {
     }
     if (c.has_spins) warm_start_spins_first(c.contacts, c.island.spins, c.bodies);
     iterate(
-        c, c.settings.first_iterations, [&] { return sweep_joint_positions(c.joints, c.island.joints, c.bodies, c.joint_soft); },
+        c, first_sweeps(c.settings), [&] { return sweep_joint_positions(c.joints, c.island.joints, c.bodies, c.joint_soft); },
         [&] { return c.wide ? c.wide->sweep_normals() : sweep_contact_gaps(c.contacts, c.island.contacts, c.bodies, c.h); });
 }
 

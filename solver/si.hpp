@@ -27,8 +27,8 @@ using SiStabilisation = Stabilisation;
 
 struct SiSettings {
     int substeps = 4;
-    int first_iterations = 2;        // most sweeps of a substep's first solve
-    int iterations = 2;              // and of any other
+    int iterations = 2;              // most sweeps of a solve
+    int first_solve = 1;             // times as many in the first solve of a substep
     Real residual_tolerance = 1e-4;  // [m/s]; 0: `iterations` sweeps, fewer only after one that changed nothing (residual exactly 0)
     SiStabilisation stabilisation = SiStabilisation::kSplit;
     Real contact_push = 0.25;               // share of a penetration that a substep takes back

@@ -1,6 +1,8 @@
 #include "tests/support/catch.hpp"
 #include "tests/unit/solver/solver_support.hpp"
 
+#include <limits>
+
 using namespace cairn;
 using namespace cairn::solver_test;
 
@@ -139,6 +141,22 @@ TEST_CASE("a ball at rest on the ground is given its weight times the step, and 
     }
     CHECK((island.bodies.motion[ball].x - start).norm() < 1e-13);
     CHECK(island.bodies.velocity[kImmovable].v.norm() == 0);
+}
+
+TEST_CASE("the first solve may make more sweeps than the second, however many that are") {
+    Random random(7);
+    Island start = thrown_body(random, 3, 0.5);
+    start.bodies.velocity[1] = {Vec3(0.3, -0.2, -3), Vec3(0.5, 1, -0.4)};
+    const auto sweeps = [&](int iterations, int first_solve, Real tolerance) {
+        Island island = start;
+        SiSettings settings = thorough(iterations);
+        settings.first_solve = first_solve;
+        settings.residual_tolerance = tolerance;
+        return island.step(0.01, settings).contact_sweeps;
+    };
+    CHECK(sweeps(2, 4, 0) == 4 * 2 + 2);
+    constexpr int kMost = std::numeric_limits<int>::max();
+    CHECK(sweeps(kMost, 4, 1e-4) == sweeps(kMost, 1, 1e-4));  // both end by their residual
 }
 
 TEST_CASE("warm impulses solve a resting contact before the first sweep") {
