@@ -99,7 +99,7 @@ NarrowResult collide_ordered(const PlacedShape& a, const PlacedShape& b, bool fl
     if (bounded && !cache.axis.isZero(0)) {
         q.axis = R_cache * cache.axis;
         if (flipped) q.axis = -q.axis;
-        q.was_touching = !cache.separated;
+        q.was_touching = !cache.is_apart();
     }
     q.size = bounded ? std::min(shape_size(*a.shape), shape_size(*b.shape)) : shape_size(*a.shape);
 
@@ -110,7 +110,8 @@ NarrowResult collide_ordered(const PlacedShape& a, const PlacedShape& b, bool fl
         if (!is_sound(out[i])) return narrow::failed(q);
         move_back(out[i], origin, flipped);
     }
-    cache.separated = q.may_cache && result == NarrowResult::kSeparated && !q.axis.isZero(0);
+    const bool is_apart = q.may_cache && result == NarrowResult::kSeparated && !q.axis.isZero(0);
+    cache.gap = is_apart ? margin : PairCache::kNotApart;
     if (q.may_cache) cache.axis = R_cache.transpose() * (flipped ? Vec3(-q.axis) : q.axis);
     return result;
 }
@@ -120,9 +121,11 @@ NarrowResult collide_ordered(const PlacedShape& a, const PlacedShape& b, bool fl
 NarrowResult collide_shapes(const PlacedShape& a, const PlacedShape& b, Real margin, PairCache& cache, std::vector<Manifold>& out,
                             NarrowStats& stats) noexcept {
     ++stats.queries;
-    if (cache.separated) {
+    if (cache.is_apart()) {
         const Vec3 n = a.X_WS.R * cache.axis;
-        if (-support(a, -n) - support(b, n) >= margin) {  // false for poses that are not finite
+        const Real gap = -support(a, -n) - support(b, n);
+        if (gap >= margin) {  // false for poses that are not finite
+            cache.gap = gap;
             ++stats.separating_axis_hits;
             return NarrowResult::kSeparated;
         }

@@ -17,8 +17,11 @@ struct PlacedShape {
 
 // What a pair of shapes remembers between queries. Plain data; the engine owns it, one per shape pair.
 struct PairCache {
+    static constexpr Real kNotApart = -1;
     Vec3 axis = Vec3::Zero();  // last separating axis or contact normal, in A's shape frame, from B to A; zero: none yet
-    bool separated = false;    // the last query found them farther apart than the margin along `axis`
+    Real gap = kNotApart;      // [m], how far apart the last query found them along `axis`, at least; kNotApart: not beyond its margin
+
+    bool is_apart() const { return gap >= 0; }
 };
 
 // Counters of the narrow phase; monotonic, cleared by the caller. An FCL or libccd failure (exception, iteration limit, non-finite result)

@@ -245,6 +245,7 @@ void ContactStore::replace(Contact& c, const Manifold* fresh, int count, const T
     else
         replace_many(c, fresh, count, X_WA, X_WB);
     c.manifold_count = count;
+    c.apart = {};
     sum_up(c);
 }
 

@@ -11,6 +11,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 namespace cairn {
@@ -52,8 +53,15 @@ struct SurfacePoints {
 };
 SurfacePoints surface_points(const CachedManifold& manifold, const CachedPoint& point, const Transform& X_WA, const Transform& X_WB);
 
-// Small (two cache lines), since most pairs of fat boxes do not touch, and yet each is looked at in every step: the manifolds live
-// elsewhere.
+// How long a pair that was found apart needs no other look: until its bodies have moved that far.
+struct ApartProof {
+    static constexpr Real kNone = -std::numeric_limits<Real>::infinity();
+    Vec3 between = Vec3::Zero();  // [m], x_A − x_B when they were found apart
+    Real limit = kNone;           // [m], how far apart, plus what turns had moved points of both by then
+};
+
+// Small, since most pairs of fat boxes do not touch, and yet each is looked at in every step; what is asked of those fills the first cache
+// line. The manifolds live elsewhere.
 struct alignas(64) Contact {
     std::uint32_t shape_a = 0;
     std::uint32_t shape_b = 0;
@@ -64,6 +72,7 @@ struct alignas(64) Contact {
     bool held = false;  // as it was in the last step of an island that stands (standing.cpp)
     int manifold_count = 0;
     int point_count = 0;                    // of all its manifolds
+    ApartProof apart;                       // while it has none
     Real deepest = 0;                       // [m], their largest penetration, 0 if there is none
     Real size = 0;                          // [m], of the smaller shape: tolerances are relative to it
     Real mu = 0;                            // sqrt(μ_a μ_b)
@@ -76,11 +85,12 @@ struct alignas(64) Contact {
     const CachedManifold& manifold(int i) const { return manifolds[i]; }
 };
 
-// Begins to load a contact that is soon to be read, out of order.
-inline void prefetch_contact([[maybe_unused]] const Contact& c) {
+static_assert(offsetof(Contact, deepest) == 64, "the first line tells whether a pair is apart");
+
+// Begins to load a contact that is soon to be read, out of order: so many of its lines.
+inline void prefetch_contact([[maybe_unused]] const Contact& c, [[maybe_unused]] int lines) {
 #if defined(__GNUC__)
-    __builtin_prefetch(&c);
-    __builtin_prefetch(reinterpret_cast<const char*>(&c) + 64);
+    for (int line = 0; line < lines; ++line) __builtin_prefetch(reinterpret_cast<const char*>(&c) + 64 * line);
 #endif
 }
 
@@ -95,11 +105,8 @@ inline void prefetch_manifold([[maybe_unused]] const Contact& c) {
 constexpr int kPrefetchAhead = 4;  // contacts
 
 // In a loop over the contacts in slots[0, count), at its k-th: a contact first, and what hangs on it once that has come.
-inline void prefetch_contact_ahead(const std::vector<Contact>& contacts, const std::uint32_t* slots, std::size_t k, std::size_t count) {
-    if (k + 2 * kPrefetchAhead < count) prefetch_contact(contacts[slots[k + 2 * kPrefetchAhead]]);
-}
 inline void prefetch_ahead(const std::vector<Contact>& contacts, const std::uint32_t* slots, std::size_t k, std::size_t count) {
-    prefetch_contact_ahead(contacts, slots, k, count);
+    if (k + 2 * kPrefetchAhead < count) prefetch_contact(contacts[slots[k + 2 * kPrefetchAhead]], 2);
     if (k + kPrefetchAhead < count) prefetch_manifold(contacts[slots[k + kPrefetchAhead]]);
 }
 
@@ -135,6 +142,7 @@ public:
     static void clear(Contact& contact) {
         contact.manifold_count = contact.point_count = 0;
         contact.deepest = 0;
+        contact.apart = {};
     }
 
 private:

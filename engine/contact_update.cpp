@@ -52,9 +52,22 @@ void foresee(const WorldData& world, NarrowWorkspace& work, const Contact& c, co
         add_foreseen(work.fresh, work.foreseen);
 }
 
-void ask_narrow_phase(const WorldData& world, NarrowWorkspace& work, Contact& c, const Transform& X_WA, const Transform& X_WB, Real margin,
-                      Real dt) {
-    if (collide(world, work, c, X_WA, X_WB, margin, c.cache, work.fresh) == NarrowResult::kFailed) {
+// Notes that a pair was found that far apart.
+void prove_apart(Contact& c, const ShapeMotion& a, const ShapeMotion& b, Real gap) {
+    c.apart = {a.x - b.x, gap + a.turned + b.turned};
+}
+
+// Whether a pair that was found apart cannot have come nearer than the margin since: its points have moved by no more than its bodies'
+// centres have relative to each other, and what their turns add.
+bool is_still_apart(const Contact& c, const ShapeMotion& a, const ShapeMotion& b, Real margin) {
+    const Real way = c.apart.limit - (a.turned + b.turned) - margin;
+    return way >= 0 && (a.x - b.x - c.apart.between).squaredNorm() <= way * way;
+}
+
+void ask_narrow_phase(const WorldData& world, NarrowWorkspace& work, Contact& c, const Transform& X_WA, const Transform& X_WB,
+                      const ShapeMotion& motion_a, const ShapeMotion& motion_b, Real margin, Real dt) {
+    const NarrowResult result = collide(world, work, c, X_WA, X_WB, margin, c.cache, work.fresh);
+    if (result == NarrowResult::kFailed) {
         ContactStore::refresh(c, X_WA, X_WB);  // the last manifold stays, at the present poses
         return;
     }
@@ -63,15 +76,18 @@ void ask_narrow_phase(const WorldData& world, NarrowWorkspace& work, Contact& c,
     if (c.manifold_count > 0) c.manifold(0).X_AB_query = relative_pose(X_WA, X_WB);
     c.query_margin = margin;
     c.fresh = false;
+    const auto is_mesh = [&](std::uint32_t s) { return world.shapes[s].shape.type == ShapeType::kMesh; };
+    if (result == NarrowResult::kSeparated && !is_mesh(c.shape_a) && !is_mesh(c.shape_b))
+        prove_apart(c, motion_a, motion_b, std::max(margin, c.cache.gap));
 }
 
-// Whether the boxes of two shapes, or balls around them, are that far apart: then so are the shapes.
-bool are_apart(const ShapeMotion& a, const ShapeMotion& b, Real margin) {
+// How far apart two shapes are, at least, by their boxes or balls around them; negative if that is less than the margin.
+Real rough_gap(const ShapeMotion& a, const ShapeMotion& b, Real margin) {
     const Vec3 gap = (a.tight.lo - b.tight.hi).cwiseMax(b.tight.lo - a.tight.hi);
-    if (gap.maxCoeff() >= margin) return true;
+    if (gap.maxCoeff() >= margin) return gap.cwiseMax(0).norm();
     const Vec3 between = 0.5 * ((a.tight.lo + a.tight.hi) - (b.tight.lo + b.tight.hi));
     const Real reach = a.ball + b.ball + margin;
-    return between.squaredNorm() >= reach * reach;  // false where there is no ball
+    return between.squaredNorm() >= reach * reach ? between.norm() - a.ball - b.ball : -1;  // -1 where there is no ball
 }
 
 // A contact of which nothing moves is left as it was, and not looked at.
@@ -96,6 +112,8 @@ ShapeMotion motion_of(const WorldData& world, std::uint32_t shape, Real dt) {
     const Body& body = world.bodies[record.body];
     ShapeMotion motion = world.motions[shape];  // for its ball
     motion.v = body.v;
+    motion.x = body.X_WB.p;
+    motion.turned = body.turned * record.spin_radius;
     motion.reach = reach_without_way(world, body, record, dt);
     motion.moves = is_moving(body);
     motion.step = body.type == BodyType::kStatic ? ShapeMotion::kStatic : world.motion_step;
@@ -130,17 +148,18 @@ void update_contact(const WorldData& world, NarrowWorkspace& work, Contact& c, s
         work.released.push_back(slot);
     }
     const Real margin = pair_margin(motion_a, motion_b, dt), wide_margin = kSpare * margin;
-    if (are_apart(motion_a, motion_b, wide_margin)) {
+    if (is_still_apart(c, motion_a, motion_b, margin)) return;
+    if (const Real gap = rough_gap(motion_a, motion_b, wide_margin); gap >= 0) {
         ContactStore::clear(c);
         c.fresh = false;
-        return;
+        return prove_apart(c, motion_a, motion_b, gap);
     }
     const Transform X_WA = a.transform(), X_WB = b.transform();
     if (ContactStore::always_holds(c) || (ContactStore::may_be_reusable(c, margin) && ContactStore::is_reusable(c, X_WA, X_WB, margin))) {
         ContactStore::refresh(c, X_WA, X_WB);
         ++work.reused;
     } else {
-        ask_narrow_phase(world, work, c, X_WA, X_WB, wide_margin, dt);
+        ask_narrow_phase(world, work, c, X_WA, X_WB, motion_a, motion_b, wide_margin, dt);
     }
     count_contact(work, c);
 }

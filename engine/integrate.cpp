@@ -77,6 +77,7 @@ bool move_falling(Body& body, const Vec3& fall, const Vec3& gain, Real dt, StepR
     }
     // Finite where the sum is; else each number is looked at.
     if (!std::isfinite(pose.p.sum() + v.sum() + w.sum() + pose.q.coeffs().sum())) return accept_state(body, pose, v, w);
+    if (turns) body.turned += turn_way(body.X_WB.q, pose.q);
     body.X_WB = pose;
     body.v = v;
     body.w = w;

@@ -299,7 +299,7 @@ void build_islands(WorldData& world, StepReport& report) {
     const std::vector<Contact>& contacts = world.contacts.slots();
     const std::vector<std::uint32_t>& slots = world.active.contacts.numbers();
     for (std::size_t i = 0; i < slots.size(); ++i) {
-        prefetch_contact_ahead(contacts, slots.data(), i, slots.size());
+        if (i + 2 * kPrefetchAhead < slots.size()) prefetch_contact(contacts[slots[i + 2 * kPrefetchAhead]], 1);
         const std::uint32_t k = slots[i];
         const Contact& c = contacts[k];
         if (c.manifold_count == 0) continue;

@@ -94,7 +94,9 @@ void World::set_state(BodyId id, const BodyState& s) {
             throw Error("state of body \"" + name(id) + "\": a body with a plane cannot be moved");
     wake_group(impl_->data, id.index);
     wake_neighbours(impl_->data, id.index);
-    b.X_WB = {s.rotation.normalized(), s.position};
+    const Quat q = s.rotation.normalized();
+    b.turned += turn_way(b.X_WB.q, q);
+    b.X_WB = {q, s.position};
     b.R = b.X_WB.q.toRotationMatrix();
     if (b.type != BodyType::kStatic) {
         b.v = s.linear_velocity;

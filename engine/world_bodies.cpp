@@ -245,8 +245,9 @@ void disable_body(WorldData& world, std::uint32_t index) {
 
 bool accept_state(Body& body, const Pose& pose, const Vec3& v, const Vec3& w) {
     if (!(is_finite(pose.p) && is_finite(pose.q) && is_finite(v) && is_finite(w))) return false;
-    body.X_WB = pose;
-    body.X_WB.q.normalize();
+    const Quat q = pose.q.normalized();
+    body.turned += turn_way(body.X_WB.q, q);
+    body.X_WB = {q, pose.p};
     body.R = body.X_WB.q.toRotationMatrix();
     body.v = v;
     body.w = w;

@@ -31,8 +31,8 @@ struct alignas(64) Body {
     bool alive = true;
     bool enabled = true;
     bool asleep = false;
-    bool moved = false;       // a caller put it somewhere: its shapes have to be told to the broad phase even if it does not move by itself
-    bool was_moving = false;  // kinematic: in the last step
+    bool moved : 1 = false;  // a caller put it somewhere: its shapes have to be told to the broad phase even if it does not move by itself
+    bool was_moving : 1 = false;  // kinematic: in the last step
     bool has_load = false;    // force or torque is not zero
     bool is_spherical = true;  // its moments are equal
     bool stands = false;       // the last step left all of its island as it was, and nobody has touched it since: see standing.cpp
@@ -41,6 +41,7 @@ struct alignas(64) Body {
     Real inv_mass = 0;                                       // dynamic bodies only; else 0
     Real radius = 0;                                         // [m], of the sphere about the origin that holds the shapes
     Mat3 R = Mat3::Identity();                               // of X_WB.q
+    Real turned = 0;                                         // summed turn_ways since it was added
     Aabb room{Vec3::Constant(kFar), Vec3::Constant(-kFar)};  // see update_pairs.cpp
     Mat3 inv_inertia_B = Mat3::Zero();
     RotorInertia rotor;
@@ -55,6 +56,11 @@ struct alignas(64) Body {
     bool is_awake() const { return type == BodyType::kDynamic && enabled && !asleep; }
     Transform transform() const { return {R, X_WB.p}; }
 };
+
+// How far a point moves at most by a turn from one unit quaternion to another, per distance from the axis: 2 sin(θ/2) ≤ 2 ‖q − p‖.
+inline Real turn_way(const Quat& p, const Quat& q) {
+    return 2 * (q.coeffs() - p.coeffs()).norm();
+}
 
 // Whether the body moves in this step or may: awake, or driven.
 inline bool is_moving(const Body& b) {
@@ -113,6 +119,8 @@ struct ShapeMotion {
     Vec3 v = Vec3::Zero();   // [m/s], of its body
     Real ball = 0;           // [m], radius of a ball about the middle of `tight` that holds the shape; unbounded where there is none
     Real reach = 0;          // [m], reach_without_way (engine/reach.hpp)
+    Vec3 x = Vec3::Zero();   // [m], of its body
+    Real turned = 0;         // [m], how far turns of its body have moved its points, at most, in all
     std::uint32_t step = 0;  // WorldData::motion_step of which this is; kStatic: holds until the body is put elsewhere
     bool moves = false;      // its body is awake or driven
 };

@@ -44,8 +44,8 @@ void hash_point(Hasher& h, const CachedPoint& p) {
 
 void hash_contact(Hasher& h, const Contact& c) {
     h.add_word(c.shape_a), h.add_word(c.shape_b), h.add_word(c.fresh), h.add_word(c.held);
-    h.add(c.cache.axis), h.add_word(c.cache.separated);
-    h.add(c.query_margin);
+    h.add(c.cache.axis), h.add(c.cache.gap);
+    h.add(c.query_margin), h.add(c.apart.between), h.add(c.apart.limit);
     if (c.manifold_count > 0) h.add(c.manifold(0).X_AB_query.R), h.add(c.manifold(0).X_AB_query.p);
     h.add_word(static_cast<std::uint64_t>(c.manifold_count));
     for (int i = 0; i < c.manifold_count; ++i) {

@@ -100,7 +100,7 @@ TEST_CASE("every pair in any pose: sound manifolds, the same in either order, an
                 REQUIRE(flaw(other, margin, 10 * scale) == "");
                 if (o.result != NarrowResult::kTouching) {
                     // The cached axis proves it, or (spheres keep none) the sphere's distance does.
-                    if (o.cache.separated)
+                    if (o.cache.is_apart())
                         CHECK(separation_along(shapes[i], X_A, shapes[j], X_B, X_A.R * o.cache.axis) > margin - 1e-9 * scale);
                     continue;
                 }

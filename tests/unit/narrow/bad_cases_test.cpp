@@ -115,6 +115,6 @@ TEST_CASE("aligned and degenerate poses of hulls neither fail nor give a wrong d
             for (int k = 0; k < 3; ++k)
                 for (const Real s : {-1.0, 1.0}) best = std::max(best, separation_along(a, X_A, b, X_B, s * R.col(k)));
         if (o.result == NarrowResult::kTouching) CHECK(deepest(o.manifolds[0]) > best - 0.02 * std::abs(best) - 2e-4);
-        if (o.result == NarrowResult::kSeparated) CHECK(o.cache.separated);
+        if (o.result == NarrowResult::kSeparated) CHECK(o.cache.is_apart());
     }
 }

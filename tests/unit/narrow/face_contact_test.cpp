@@ -154,7 +154,7 @@ TEST_CASE("a cached separating axis answers without FCL, and only while it separ
     for (const Shape* b : {&box, &hull}) {
         Outcome first = collide(box, at(0, 0, 1.5), *b, at(0, 0, 0), 0.1);
         CHECK(first.result == NarrowResult::kSeparated);
-        REQUIRE(first.cache.separated);
+        REQUIRE(first.cache.is_apart());
         const Outcome again = collide(box, at(0.1, 0, 1.4), *b, at(0, 0, 0), 0.1, first.cache);
         CHECK(again.result == NarrowResult::kSeparated);
         CHECK(again.stats.separating_axis_hits == 1);
