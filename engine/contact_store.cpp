@@ -13,7 +13,7 @@ constexpr Real kReuse = 2e-3;
 constexpr Real kMatchDistance = 0.1;
 
 // The geometry of a point; its impulses stay.
-void set_geometry(CachedPoint& c, const ManifoldPoint& p, const Transform& X_WA, const Transform& X_WB) {
+void set_geometry(PointState& c, const ManifoldPoint& p, const Transform& X_WA, const Transform& X_WB) {
     c.core_a_A = X_WA.to_local(p.core_a);
     c.core_b_B = X_WB.to_local(p.core_b);
     c.radius_a = p.radius_a;
@@ -23,14 +23,14 @@ void set_geometry(CachedPoint& c, const ManifoldPoint& p, const Transform& X_WA,
     c.normal_impulse = c.friction_impulse[0] = c.friction_impulse[1] = 0;
 }
 
-void clear_impulses(CachedPoint& c) {
+void clear_impulses(PointState& c) {
     c.warm_position = c.warm_velocity = 0;
     c.warm_friction.setZero();
     c.warm_friction_first.setZero();
     c.t1.setZero();
 }
 
-void take_impulses(CachedPoint& to, const CachedPoint& from) {
+void take_impulses(PointState& to, const PointState& from) {
     to.warm_position = from.warm_position;
     to.warm_velocity = from.warm_velocity;
     to.warm_friction = from.warm_friction;
@@ -172,7 +172,7 @@ Vec3 owned_normal(const CachedManifold& m, const Transform& X_WA, const Transfor
 
 }  // namespace
 
-SurfacePoints surface_points(const CachedManifold& m, const CachedPoint& point, const Transform& X_WA, const Transform& X_WB) {
+SurfacePoints surface_points(const CachedManifold& m, const PointState& point, const Transform& X_WA, const Transform& X_WB) {
     const Vec3 core_a = X_WA * point.core_a_A, core_b = X_WB * point.core_b_B;
     const Real separation = m.n.dot(core_a - core_b) - point.radius_a - point.radius_b;
     if (m.owner == NormalOwner::kA) {
@@ -227,7 +227,7 @@ void ContactStore::refresh(Contact& c, const Transform& X_WA, const Transform& X
         CachedManifold& m = c.manifold(i);
         m.n = owned_normal(m, X_WA, X_WB);
         for (int k = 0; k < m.count; ++k) {
-            CachedPoint& p = m.points[k];
+            PointState& p = m.points[k];
             p.separation = m.n.dot(X_WA * p.core_a_A - X_WB * p.core_b_B) - p.radius_a - p.radius_b;
         }
     }

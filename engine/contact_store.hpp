@@ -8,6 +8,7 @@
 #include "collision/manifold.hpp"
 #include "collision/narrow_phase.hpp"
 #include "engine/pair_map.hpp"
+#include "solver/point_state.hpp"
 
 #include <array>
 #include <cstdint>
@@ -15,22 +16,6 @@
 #include <vector>
 
 namespace cairn {
-
-struct CachedPoint {
-    Vec3 core_a_A = Vec3::Zero();  // [m], core points in the bodies' frames
-    Vec3 core_b_B = Vec3::Zero();
-    Real radius_a = 0;
-    Real radius_b = 0;
-    Real separation = 0;  // [m], at the start of the last step
-    std::uint32_t feature = 0;
-    Real warm_position = 0;  // [N s], what a substep starts with (solver/contact_rows.hpp: WarmImpulse)
-    Real warm_velocity = 0;
-    Vec3 warm_friction_first = Vec3::Zero();  // [N s], world, likewise, of the first solve
-    Vec3 warm_friction = Vec3::Zero();        // [N s], world, likewise
-    Real normal_impulse = 0;                  // [N s], summed over the last step's substeps
-    Real friction_impulse[2] = {0, 0};        // [N s], along t1 and n × t1, likewise
-    Vec3 t1 = Vec3::Zero();                   // unit, world; zero: none yet
-};
 
 struct alignas(64) CachedManifold {
     Transform X_AB_query;          // pose of B in A when the narrow phase was last asked; in a contact's first manifold alone
@@ -40,7 +25,7 @@ struct alignas(64) CachedManifold {
     std::uint32_t sub_key = 0;
     int count = 0;
     Vec3 warm_spin = Vec3::Zero();  // [N m s], world: what torsional and rolling friction start a substep with
-    alignas(64) std::array<CachedPoint, kMaxManifoldPoints> points;
+    alignas(64) std::array<PointState, kMaxManifoldPoints> points;
 };
 
 // Sub-keys of manifolds that were foreseen (engine/foresight.hpp) differ by this bit from those of what was found.
@@ -51,7 +36,7 @@ struct SurfacePoints {
     Vec3 p_a;
     Vec3 p_b;
 };
-SurfacePoints surface_points(const CachedManifold& manifold, const CachedPoint& point, const Transform& X_WA, const Transform& X_WB);
+SurfacePoints surface_points(const CachedManifold& manifold, const PointState& point, const Transform& X_WA, const Transform& X_WB);
 
 // How long a pair that was found apart needs no other look: until its bodies have moved that far.
 struct ApartProof {

@@ -1,6 +1,7 @@
 // Stages 3 and 4: groups what is tied together, builds rows per island, solves, takes the results back.
 #include "engine/error_control.hpp"
 #include "engine/world_data.hpp"
+#include "solver/point_load.hpp"
 #include "solver/spin_rows.hpp"
 #include "solver/tgs.hpp"
 
@@ -49,7 +50,7 @@ void add_dynamic(WorldData& world, IslandWorkspace& work, std::uint32_t index) {
     work.solver_bodies.velocity.push_back({body.v, body.w});
 }
 
-SiIsland build_island(WorldData& world, IslandWorkspace& work, int index, Real dt) {
+SiIsland build_island(WorldData& world, IslandWorkspace& work, int index) {
     const IslandBuilder& islands = world.islands;
     SiIsland island;
     island.body_begin = work.solver_bodies.size();
@@ -62,7 +63,7 @@ SiIsland build_island(WorldData& world, IslandWorkspace& work, int index, Real d
     island.contacts.begin = static_cast<int>(work.contact_pool.block_count);
     island.spins.begin = static_cast<int>(work.contact_pool.spins.size());
     const IndexRange contacts = islands.items(index, IslandBuilder::kContact);
-    build_contact_blocks(world, work, dt, islands.item_list(IslandBuilder::kContact), contacts.begin, contacts.end, island);
+    build_contact_blocks(world, work, islands.item_list(IslandBuilder::kContact), contacts.begin, contacts.end, island);
     for (std::uint32_t body : work.kinematic_used) work.solver_index[body] = -1;
     work.kinematic_used.clear();
     for (int k = bodies.begin; k < bodies.end; ++k) work.solver_index[islands.body_list()[k]] = -1;
@@ -157,22 +158,20 @@ void scale_warm_impulses(IslandWorkspace& work, const SiIsland& island, Real sca
 // Sweeps that are few begin with impulses that carry what weighs on them. Those of an impact do not, nor do those of bodies wedged in
 // between others, which a direct solve may leave far larger: they held each other where they were found, and set the bodies in motion now
 // that these have turned.
-void limit_warm_impulses(IslandWorkspace& work, const SiIsland& island, Real h) {
+void limit_warm_impulses(IslandWorkspace& work, const SiIsland& island, Real h, bool wide) {
     constexpr Real kMostLeverage = 30;  // of wedges, arches and levers, over the impulse of all external forces
     if (island.contacts.begin == island.contacts.end) return;
-    Real external = 0, largest = 0;  // [N s]
+    Real external = 0;  // [N s]
     for (int i = island.body_begin; i < island.dynamic_end; ++i) {
         const BodyMotion& m = work.solver_bodies.motion[i];
         external += h * (m.acceleration.norm() / m.inv_mass + m.torque.norm() / m.radius);
     }
-    const PointRange points = points_of(work.contact_pool, island.contacts);
-    for (int p = points.begin; p < points.end; ++p) {
-        const WarmImpulse& warm = work.contact_pool.warm[p];
-        largest = std::max({largest, warm.position, warm.position + warm.velocity});
-    }
+    const Real largest = wide ? work.wide_contacts.largest_warm() : largest_warm(work.contact_pool, island.contacts);
     if (largest <= kMostLeverage * external) return;
-    scale_warm_start(work.contact_pool, island.contacts, kMostLeverage * external / largest);
-    scale_warm_spins(work.contact_pool, island.spins, kMostLeverage * external / largest);
+    const Real scale = kMostLeverage * external / largest;
+    if (wide) return work.wide_contacts.scale_warm(scale);
+    scale_warm_start(work.contact_pool, island.contacts, scale);
+    scale_warm_spins(work.contact_pool, island.spins, scale);
 }
 
 // Lets more contacts be swept side by side, where that leaves the order in which loads are carried.
@@ -181,6 +180,18 @@ void spread_contacts(IslandWorkspace& work, const SiIsland& island) {
     work.unsorted_sources = work.block_sources;
     for (int k = island.contacts.begin; k < island.contacts.end; ++k)
         work.block_sources[k] = work.unsorted_sources[island.contacts.begin + work.block_order.source(k - island.contacts.begin)];
+}
+
+// Into the lanes of the wide kernels, or into the pool.
+void take_over_points(const WorldData& world, IslandWorkspace& work, const SiIsland& island, Real dt, Real warm_scale, bool wide) {
+    const PointLoad load{dt, world.settings.model.friction, warm_scale};
+    if (wide)
+        work.wide_contacts.pack(work.contact_pool, work.solver_bodies, island.body_begin, island.body_end, load);
+    else
+        load_points(work.contact_pool, island.contacts, work.solver_bodies, load);
+    if (warm_scale == 1) return;
+    scale_warm_spins(work.contact_pool, island.spins, warm_scale);
+    scale_warm_start(work.joint_pool, island.joints, warm_scale);
 }
 
 // False: a solver was forced that cannot solve this island; bodies and joints are as they were. `scale` is that of the warm impulses;
@@ -193,26 +204,22 @@ bool solve_island(WorldData& world, IslandWorkspace& work, int index, const SiIs
     if (!takes(plan.solver, island)) return false;
     const int default_substeps = level < 0 ? world.settings.substeps : 1 << level;
     if (level >= 0 && plan.solver != SolverChoice::kRattle) plan.substeps = plan.substeps_if_wide = default_substeps;
-    // The cache holds the impulses of a substep of the default length.
-    scale_warm_impulses(work, island, scale * world.settings.substeps / plan.substeps);
     SolverChoice solver = plan.solver;
-    int substeps = plan.substeps;
-    const auto sweep_instead = [&] {
-        scale_warm_impulses(work, island, static_cast<Real>(substeps) / default_substeps);
-        solver = SolverChoice::kSi;
-        substeps = default_substeps;
-        limit_warm_impulses(work, island, dt / substeps);
-    };
-    if (solver == SolverChoice::kSi || solver == SolverChoice::kTgs) limit_warm_impulses(work, island, dt / substeps);
     SiSettings settings = si_settings(world.settings, default_substeps);
     if (solver == SolverChoice::kSi && may_go_wide(island, settings)) spread_contacts(work, island);
     const bool wide = work.is_island_wide =
         solver == SolverChoice::kSi && plan_wide(work.wide_contacts, work.contact_pool, island, settings, &work.solver_bodies, work.team);
-    if (wide && substeps != plan.substeps_if_wide) {
-        scale_warm_impulses(work, island, static_cast<Real>(substeps) / plan.substeps_if_wide);
-        substeps = plan.substeps_if_wide;
-    }
+    int substeps = wide ? plan.substeps_if_wide : plan.substeps;
+    // The cache holds the impulses of a substep of the default length.
+    take_over_points(world, work, island, dt, scale * world.settings.substeps / substeps, wide);
+    if (solver == SolverChoice::kSi || solver == SolverChoice::kTgs) limit_warm_impulses(work, island, dt / substeps, wide);
     if (!wide) build_contacts(work.contact_pool, island.contacts, work.solver_bodies);
+    const auto sweep_instead = [&] {
+        scale_warm_impulses(work, island, static_cast<Real>(substeps) / default_substeps);
+        solver = SolverChoice::kSi;
+        substeps = default_substeps;
+        limit_warm_impulses(work, island, dt / substeps, false);
+    };
     if (solver == SolverChoice::kDirect && !solve_directly(world, work, island, dt, plan, work.solved, work.report, island_report))
         sweep_instead();
     if (solver == SolverChoice::kRattle && !solve_by_rattle(world, work, island, dt, level, work.solved, island_report)) {
@@ -326,7 +333,7 @@ void step_island(WorldData& world, IslandWorkspace& work, int index, Real dt, Re
     const auto attempt = [&](int level) {
         clear_rows(world, work);
         work.island_stands = false;
-        island = build_island(world, work, index, dt);
+        island = build_island(world, work, index);
         if (clock != nullptr) clock->lap(Phase::kRows);
         island_report = {};
         const bool solved = solve_island(world, work, index, island, dt, scale, level, island_report);

@@ -20,7 +20,7 @@ void check_settings(const WorldSettings& s) {
     if (!(s.model.relaxation > 0 && s.model.relaxation < 2)) throw_invalid("settings.model.relaxation", s.model.relaxation, "> 0 and < 2");
 }
 
-ContactPointView point_view(const CachedManifold& m, const CachedPoint& p, const Transform& X_WA, const Transform& X_WB) {
+ContactPointView point_view(const CachedManifold& m, const PointState& p, const Transform& X_WA, const Transform& X_WB) {
     ContactPointView v;
     const SurfacePoints s = surface_points(m, p, X_WA, X_WB);
     v.position_a = s.p_a;

@@ -33,9 +33,9 @@ struct alignas(64) Body {
     bool asleep = false;
     bool moved : 1 = false;  // a caller put it somewhere: its shapes have to be told to the broad phase even if it does not move by itself
     bool was_moving : 1 = false;  // kinematic: in the last step
-    bool has_load = false;    // force or torque is not zero
-    bool is_spherical = true;  // its moments are equal
-    bool stands = false;       // the last step left all of its island as it was, and nobody has touched it since: see standing.cpp
+    bool has_load = false;        // force or torque is not zero
+    bool is_spherical = true;     // its moments are equal
+    bool stands = false;          // the last step left all of its island as it was, and nobody has touched it since: see standing.cpp
     Vec3 v = Vec3::Zero();
     Vec3 w = Vec3::Zero();
     Real inv_mass = 0;                                       // dynamic bodies only; else 0
@@ -296,7 +296,7 @@ void note_standing(WorldData& world, int index);
 int add_kinematic(WorldData& world, IslandWorkspace& work, std::uint32_t body, SiIsland& island);
 
 // Rows of the manifolds and joints of one island; bodies must be in solver_bodies and solver_index. `range` gets the blocks.
-void build_contact_blocks(WorldData& world, IslandWorkspace& work, Real dt, const std::vector<std::uint32_t>& order, int begin, int end,
+void build_contact_blocks(WorldData& world, IslandWorkspace& work, const std::vector<std::uint32_t>& order, int begin, int end,
                           SiIsland& island);
 void store_contact_impulses(IslandWorkspace& work, const SiIsland& island);
 void build_joint_blocks(WorldData& world, IslandWorkspace& work, int index, SiIsland& island);

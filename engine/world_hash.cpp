@@ -33,7 +33,7 @@ void hash_fat_boxes(Hasher& h, const WorldData& world, const Body& b) {
     }
 }
 
-void hash_point(Hasher& h, const CachedPoint& p) {
+void hash_point(Hasher& h, const PointState& p) {
     h.add(p.core_a_A), h.add(p.core_b_B);
     h.add(p.radius_a), h.add(p.radius_b), h.add(p.separation);
     h.add_word(p.feature);
@@ -67,7 +67,8 @@ void hash_joint(Hasher& h, const Joint& j) {
 
 void hash_direct_state(Hasher& h, std::uint32_t body, const DirectState& state) {
     h.add_word(body), h.add_word(static_cast<std::uint64_t>(state.wait)), h.add_word(static_cast<std::uint64_t>(state.penalty));
-    h.add(state.credit), h.add_word(state.stood), h.add_word(static_cast<std::uint64_t>(state.restless)), h.add_word(state.last_step), h.add_word(static_cast<std::uint64_t>(state.points));
+    h.add(state.credit), h.add_word(state.stood), h.add_word(static_cast<std::uint64_t>(state.restless)), h.add_word(state.last_step),
+        h.add_word(static_cast<std::uint64_t>(state.points));
     state.cache.add_to(h);
 }
 

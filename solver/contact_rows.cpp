@@ -155,6 +155,7 @@ void ContactPool::make_room(std::size_t more_blocks, std::size_t points, std::si
     if (p > normals.size()) {
         normals.resize(p);
         geometry.resize(p);
+        posed.resize(p);
         warm.resize(p);
         impulse.resize(p);
         total.resize(p);
@@ -253,6 +254,16 @@ void advance_blocks(ContactPool& pool, BlockRange range, const SolverBodies& bod
                 pool.normals[i].separation += h * u.along(block.n, pool.normals[i]);
         }
     }
+}
+
+Real largest_warm(const ContactPool& pool, BlockRange range) {
+    Real largest = 0;
+    for (int k = range.begin; k < range.end; ++k) {
+        const ContactBlock& block = pool.blocks[k];
+        for (int p = block.first; p < block.first + block.count; ++p)
+            largest = std::max({largest, pool.warm[p].position, pool.warm[p].position + pool.warm[p].velocity});
+    }
+    return largest;
 }
 
 void scale_warm_start(ContactPool& pool, BlockRange range, Real scale) {

@@ -9,6 +9,7 @@
 #pragma once
 
 #include "solver/body.hpp"
+#include "solver/point_state.hpp"
 
 #include <cstdint>
 #include <vector>
@@ -77,7 +78,9 @@ struct ContactBlock {
     int b = kImmovable;
     int first = 0;  // of its points in the pools
     int count = 0;
-    int friction = -1;  // first of its 2·count friction rows, −1: frictionless
+    int friction = -1;             // first of its 2·count friction rows, −1: frictionless
+    PointState* states = nullptr;  // of its points, in the manifold cache
+    bool is_posed = false;  // a body's frame is not the solver's (what cannot move is in World): the points are in ContactPool::posed
     Vec3 n = Vec3::UnitZ();
     Vec3 n_local = Vec3::UnitZ();  // in the frame that `frame` names
     NormalFrame frame = NormalFrame::kWorld;
@@ -119,6 +122,7 @@ struct ContactPool {
     std::vector<PointImpulse> before;     // size p, scratch of the reference methods
     std::vector<PointImpulse> direction;  // likewise
     std::vector<SpinRow> spins;
+    std::vector<PointState> posed;  // size p, of blocks with is_posed alone
     // In use; the vectors keep their size from step to step.
     std::size_t block_count = 0;
     std::size_t point_count = 0;
@@ -127,6 +131,11 @@ struct ContactPool {
     // Grows the vectors for so many more blocks, points and friction rows.
     void make_room(std::size_t more_blocks, std::size_t points, std::size_t friction_rows);
 };
+
+// The states of a block's points, in the frames of the solver's bodies.
+inline const PointState* posed_states(const ContactPool& pool, const ContactBlock& block) {
+    return block.is_posed ? &pool.posed[block.first] : block.states;
+}
 
 struct BlockRange {
     int begin = 0;
@@ -159,6 +168,9 @@ void build_block(ContactPool& pool, ContactBlock& block, const SolverBodies& bod
 // Rebuilds the blocks whose bodies have turned by more than `tolerance` [rad] since their rows were built. The separations of the others
 // are advanced by h G v (fixed arms: exact for translation, off by ‖r‖ tolerance²/2 at most).
 void advance_blocks(ContactPool& pool, BlockRange range, const SolverBodies& bodies, Real h, Real tolerance);
+
+// The largest warm impulse of a point along its normal, in one of the solves [N s].
+Real largest_warm(const ContactPool& pool, BlockRange range);
 
 // Multiplies the warm impulses, when the length of the step has changed.
 void scale_warm_start(ContactPool& pool, BlockRange range, Real scale);

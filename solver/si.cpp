@@ -251,7 +251,6 @@ SiReport solve_island_si(SolverBodies& bodies, ContactPool& contacts, JointPool&
     c.wide = wide;
     c.probe = probe;
     c.keeps_energy = must_keep_energy(c);
-    if (wide) wide->pack(contacts, bodies, island.body_begin, island.body_end);
     for (int k = 0; k < settings.substeps; ++k) {
         if (!settings.model.warm_start) {
             scale_warm_start(contacts, island.contacts, 0);

@@ -8,7 +8,7 @@ namespace cairn {
 namespace CAIRN_WIDE_SET {
 
 struct BatchPose {
-    Vec x;
+    Vec x, acceleration;
     V4 inv_mass, turned;
     Mat R, inv_inertia;
 };
@@ -19,9 +19,9 @@ CAIRN_WIDE_INLINE BatchPose pose_of(const WideView& s, const int* body) {
     V4 unused;
     gather4(p0.x, p1.x, p2.x, p3.x, pose.x, pose.inv_mass);
     gather4(p0.R0, p1.R0, p2.R0, p3.R0, pose.R.c0, pose.turned);
-    gather4(p0.R1, p1.R1, p2.R1, p3.R1, pose.R.c1, unused);
-    gather4(p0.R2, p1.R2, p2.R2, p3.R2, pose.R.c2, unused);
-    gather4(p0.I0, p1.I0, p2.I0, p3.I0, pose.inv_inertia.c0, unused);
+    gather4(p0.R1, p1.R1, p2.R1, p3.R1, pose.R.c1, pose.acceleration.x);
+    gather4(p0.R2, p1.R2, p2.R2, p3.R2, pose.R.c2, pose.acceleration.y);
+    gather4(p0.I0, p1.I0, p2.I0, p3.I0, pose.inv_inertia.c0, pose.acceleration.z);
     gather4(p0.I1, p1.I1, p2.I1, p3.I1, pose.inv_inertia.c1, unused);
     gather4(p0.I2, p1.I2, p2.I2, p3.I2, pose.inv_inertia.c2, unused);
     return pose;
@@ -148,10 +148,6 @@ CAIRN_WIDE_INLINE void renew(const WideView& s, int k, Lanes lanes) {
     const BatchPose a = pose_of(s, s.batches[k].a), b = pose_of(s, s.batches[k].b);
     orient(s, k, lanes, a, b);
     build_rows(s, k, lanes, a, b);
-}
-
-static void build(const WideView& s, int begin, int end) {
-    for (int k = begin; k < end; ++k) build_rows(s, k, AllLanes{}, pose_of(s, s.batches[k].a), pose_of(s, s.batches[k].b));
 }
 
 static void advance(const WideView& s, int begin, int end, double h, double tolerance) {

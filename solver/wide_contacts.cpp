@@ -14,6 +14,7 @@ constexpr double kFewestLanes = 2;
 // Places for blocks of a level by their number of points: of borders, then of the others.
 constexpr int kCounts = 4, kSlots = 2 * kCounts;
 
+static_assert(sizeof(PointState) == kStateStride * sizeof(double), "wide kernels read points as rows of four doubles");
 static_assert(sizeof(BodyVelocity) == kVelocityStride * sizeof(double), "wide kernels read (v, w) as six doubles");
 
 template <typename T>
@@ -39,12 +40,6 @@ PointRow get_row(const WideRow& row, int lane) {
     r.iang_b = get(row.iang_b, lane);
     r.mass = row.mass.lane[lane];
     return r;
-}
-
-template <typename T>
-void prefetch_lines(const T* first, int count) {
-    constexpr std::size_t kLine = 64;
-    for (std::size_t at = 0; at < count * sizeof(T); at += kLine) __builtin_prefetch(reinterpret_cast<const char*>(first) + at);
 }
 
 void copy_column(double* to, const Mat3& m, int column) {
@@ -136,7 +131,7 @@ void WideContacts::cut_batches(const ContactPool& pool, int levels, int body_beg
     batch_begin_.push_back(size);
 }
 
-void WideContacts::pack(const ContactPool& pool, SolverBodies& bodies, int begin, int end) {
+void WideContacts::pack(const ContactPool& pool, SolverBodies& bodies, int begin, int end, const PointLoad& load) {
     result_scale_ = 1;
     const int batches = batch_count();
     grow(batches_, batches);
@@ -156,6 +151,7 @@ void WideContacts::pack(const ContactPool& pool, SolverBodies& bodies, int begin
         points += batch.count;
         if (rubs) frictions += 2 * batch.count;
     }
+    point_count_ = points;
     grow(normals_, points);
     grow(points_, points);
     grow(warm_, points);
@@ -165,12 +161,6 @@ void WideContacts::pack(const ContactPool& pool, SolverBodies& bodies, int begin
     grow(frictions_, frictions);
     grow(friction_impulse_, frictions);
     grow(friction_held_, frictions);
-    parts_.each_batch([&](int first, int last) {
-        for (int k = first; k < last; ++k) {
-            if (k + 2 < last) prefetch_blocks(pool, k + 2);
-            pack_batch(pool, k);
-        }
-    });
     grow(poses_, bodies.motion.size());
     copy_poses(bodies, kImmovable, kImmovable + 1);
     copy_poses(bodies, begin, end);
@@ -186,38 +176,15 @@ void WideContacts::pack(const ContactPool& pool, SolverBodies& bodies, int begin
              warm_.data(),
              total_.data(),
              bodies.velocity.data()->v.data(),
-             poses_.data()};
-    parts_.each_batch([&](int first, int last) { kernel_->build(view_, first, last); });
+             poses_.data(),
+             {load.dt, load.warm_scale, load.friction == FrictionModel::kPyramidFixed}};
+    parts_.each_batch([&](int first, int last) {
+        for (int k = first; k < last; ++k) pack_batch(pool, k);
+        kernel_->build(view_, first, last);
+    });
 }
 
-// Lanes without a block, and points that a lane does not have, are zero: with mass 0 they take no impulse.
-void WideContacts::clear_batch(const WideBatch& batch) {
-    for (int p = batch.first; p < batch.first + batch.count; ++p) {
-        points_[p] = {};
-        warm_[p] = {};
-    }
-    for (int f = batch.friction; batch.friction >= 0 && f < batch.friction + 2 * batch.count; ++f) frictions_[f].t = {};
-}
-
-// Whether every lane has a block, with friction if any has it, of as many points as any has: nothing needs to be cleared.
-bool WideContacts::is_full(const ContactPool& pool, int k) const {
-    if (lanes_of(k) < kLanes) return false;
-    for (int l = 0; l < kLanes; ++l) {
-        const ContactBlock& block = pool.blocks[block_of(k, l)];
-        if (block.count < batches_[k].count || (block.friction < 0 && batches_[k].friction >= 0)) return false;
-    }
-    return true;
-}
-
-// The blocks of a batch lie apart in the pool, where no prefetcher of the machine expects them.
-void WideContacts::prefetch_blocks(const ContactPool& pool, int k) const {
-    for (int l = 0; l < lanes_of(k); ++l) {
-        const ContactBlock& block = pool.blocks[block_of(k, l)];
-        prefetch_lines(&pool.geometry[block.first], block.count);
-        prefetch_lines(&pool.warm[block.first], block.count);
-    }
-}
-
+// Lanes without a block stay zero: with mass 0 they take no impulse.
 void WideContacts::pack_batch(const ContactPool& pool, int k) {
     const WideBatch shape = batches_[k];
     WideBatch& batch = batches_[k] = {};
@@ -225,8 +192,6 @@ void WideContacts::pack_batch(const ContactPool& pool, int k) {
     batch.first = shape.first;
     batch.count = shape.count;
     batch.friction = shape.friction;
-    if (!is_full(pool, k)) clear_batch(batch);
-    std::fill_n(total_.begin() + batch.first, batch.count, WideImpulse{});
     for (int l = 0; l < kLanes; ++l) batch.a[l] = batch.b[l] = kImmovable;
     for (int l = 0; l < lanes_of(k); ++l) {
         const ContactBlock& block = pool.blocks[block_of(k, l)];
@@ -242,62 +207,34 @@ void WideContacts::pack_batch(const ContactPool& pool, int k) {
         set(build.n_local, l, block.n_local);
         build.turns_with_a.lane[l] = block.frame == NormalFrame::kA;
         build.turns_with_b.lane[l] = block.frame == NormalFrame::kB;
-        for (int i = 0; i < block.count; ++i) pack_point(pool, block, i, batch, l);
+        build.states[l] = reinterpret_cast<double*>(block.states);
+        build.posed[l] = reinterpret_cast<const double*>(posed_states(pool, block));
+        build.counts[l] = block.count;
     }
 }
 
-void WideContacts::pack_point(const ContactPool& pool, const ContactBlock& block, int i, const WideBatch& batch, int lane) {
-    const PointGeometry& geometry = pool.geometry[block.first + i];
-    const WarmImpulse& warm = pool.warm[block.first + i];
-    const int p = batch.first + i;
-    WidePoint& point = points_[p];
-    set(point.core_a, lane, geometry.core_a_A);
-    set(point.core_b, lane, geometry.core_b_B);
-    point.radius_a.lane[lane] = geometry.radius_a;
-    point.radius_b.lane[lane] = geometry.radius_b;
-    point.is_used.lane[lane] = 1;
-    WideWarm& w = warm_[p];
-    w.position.lane[lane] = warm.position;
-    w.velocity.lane[lane] = warm.velocity;
-    const bool rubs = warm.friction[0] != 0 || warm.friction[1] != 0;
-    if (block.friction < 0) return;
-    set(frictions_[batch.friction + 2 * i].t, lane, geometry.t1);
-    set(frictions_[batch.friction + 2 * i + 1].t, lane, block.n.cross(geometry.t1));
-    for (int j = 0; j < 2; ++j) {
-        w.friction[j].lane[lane] = warm.friction[j];
-        w.friction_first[j].lane[lane] = rubs ? warm.friction_first[j] : 0;
-    }
+Real WideContacts::largest_warm() const {
+    Real largest = 0;
+    for (int p = 0; p < point_count_; ++p)
+        for (int l = 0; l < kLanes; ++l)
+            largest = std::max({largest, warm_[p].position.lane[l], warm_[p].position.lane[l] + warm_[p].velocity.lane[l]});
+    return largest;
 }
 
-// Which sign a zero has may depend on what else is in its batch: all get the same, by + 0.0.
-WideContacts::Result WideContacts::result(int batch, int lane, int i) const {
-    const WideBatch& b = batches_[batch];
-    const WideWarm& warm = warm_[b.first + i];
-    const WideImpulse& total = total_[b.first + i];
-    Result r;
-    r.warm.position = result_scale_ * warm.position.lane[lane] + 0.0;
-    r.warm.velocity = result_scale_ * warm.velocity.lane[lane] + 0.0;
-    r.total.normal = total.normal.lane[lane] + 0.0;
-    for (int j = 0; j < 2; ++j) {
-        r.warm.friction[j] = result_scale_ * warm.friction[j].lane[lane] + 0.0;
-        r.warm.friction_first[j] = result_scale_ * warm.friction_first[j].lane[lane] + 0.0;
-        r.total.friction[j] = total.friction[j].lane[lane] + 0.0;
-        r.t[j] = b.friction >= 0 ? get(frictions_[b.friction + 2 * i + j].t, lane) : Vec3(Vec3::Zero());
-    }
-    return r;
-}
-
-void WideContacts::unpack(ContactPool& pool) const {
-    for (int k = 0; k < batch_count(); ++k)
-        for (int l = 0; l < lanes_of(k); ++l) {
-            const ContactBlock& block = pool.blocks[block_of(k, l)];
-            for (int i = 0; i < block.count; ++i) {
-                const Result r = result(k, l, i);
-                pool.warm[block.first + i] = r.warm;
-                pool.total[block.first + i] = r.total;
-                for (int j = 0; j < 2 && block.friction >= 0; ++j) pool.frictions[block.friction + 2 * i + j].t = r.t[j];
+void WideContacts::scale_warm(Real scale) {
+    for (int p = 0; p < point_count_; ++p)
+        for (int l = 0; l < kLanes; ++l) {
+            warm_[p].position.lane[l] *= scale;
+            warm_[p].velocity.lane[l] *= scale;
+            for (int j = 0; j < 2; ++j) {
+                warm_[p].friction[j].lane[l] *= scale;
+                warm_[p].friction_first[j].lane[l] *= scale;
             }
         }
+}
+
+void WideContacts::store() {
+    parts_.each_batch([&](int first, int last) { kernel_->store(view_, first, last, result_scale_); });
 }
 
 void WideContacts::unpack_rows(ContactPool& pool) const {
@@ -351,6 +288,10 @@ void WideContacts::copy_poses(const SolverBodies& bodies, int begin, int end) {
         copy_column(pose.I0, m.inv_inertia_W, 0);
         copy_column(pose.I1, m.inv_inertia_W, 1);
         copy_column(pose.I2, m.inv_inertia_W, 2);
+        const Vec3 acceleration = m.inv_mass > 0 ? m.acceleration : Vec3(Vec3::Zero());
+        pose.acceleration_x = acceleration.x();
+        pose.acceleration_y = acceleration.y();
+        pose.acceleration_z = acceleration.z();
     }
 }
 

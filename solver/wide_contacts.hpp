@@ -8,10 +8,10 @@
 //
 // Rows with restitution stay with the sequential kernels: large islands hardly have any.
 //
-// plan → pack → the kernel's stages → unpack; all lengths and signs as in contact_rows.hpp. Memory is kept from step to step.
+// plan → pack → the kernel's stages → store; all lengths and signs as in contact_rows.hpp. Memory is kept from step to step.
 #pragma once
 
-#include "solver/contact_rows.hpp"
+#include "solver/point_load.hpp"
 #include "solver/wide_data.hpp"
 #include "solver/wide_parts.hpp"
 
@@ -32,20 +32,16 @@ public:
     bool plan(const ContactPool& pool, BlockRange range, int body_begin, int body_end, const SolverBodies* bodies = nullptr,
               Team* team = nullptr);
 
-    // Takes over the planned blocks, with normals, first tangents and warm impulses, and builds their rows at the poses of the bodies
-    // [begin, end); totals start at 0. Asks nothing of the pool's rows.
-    void pack(const ContactPool& pool, SolverBodies& bodies, int begin, int end);
-    // What a step leaves of a point: the i-th of the block in a lane of a batch. Tangents are those of the last rows.
-    struct Result {
-        WarmImpulse warm;
-        PointImpulse total;
-        Vec3 t[2];
-    };
-    Result result(int batch, int lane, int i) const;
-    // Multiplies the warm impulses that results have, when the next step's are to be of another length.
+    // Takes over the planned blocks, with normals, and the states of their points, and builds their rows at the poses of the bodies
+    // [begin, end); totals start at 0. Asks nothing of the pool's rows and points but those that are posed.
+    void pack(const ContactPool& pool, SolverBodies& bodies, int begin, int end, const PointLoad& load);
+    // The largest warm impulse of a point along its normal, in one of the solves [N s].
+    Real largest_warm() const;
+    void scale_warm(Real scale);
+    // Of the warm impulses that store() leaves, when the next step's are to be of another length.
     void scale_results(Real scale) { result_scale_ = scale; }
-    // Copies the results of all points to the pool.
-    void unpack(ContactPool& pool) const;
+    // Leaves the impulses with the states of the points.
+    void store();
 
     // Copies rows and impulses of the running substep to the pool, for others to look at.
     void unpack_rows(ContactPool& pool) const;
@@ -106,15 +102,12 @@ private:
     void sort_blocks(BlockRange range, const ContactPool& pool, int levels);
     void cut_batches(const ContactPool& pool, int levels, int body_begin);
     void pack_batch(const ContactPool& pool, int batch);
-    void clear_batch(const WideBatch& batch);
-    bool is_full(const ContactPool& pool, int batch) const;
-    void prefetch_blocks(const ContactPool& pool, int batch) const;
-    void pack_point(const ContactPool& pool, const ContactBlock& block, int i, const WideBatch& batch, int lane);
 
     const WideKernel* kernel_;
     WideView view_{};
-    Real result_scale_ = 1;
     WideParts parts_;
+    int point_count_ = 0;  // of the batches
+    Real result_scale_ = 1;
     std::vector<int> order_;         // blocks by part and level
     std::vector<int> batch_begin_;   // size batches + 1, in order_
     std::vector<int> level_;         // of a block

@@ -43,11 +43,21 @@ struct WideBatch {
     unsigned moves_b;
 };
 
+// The state of a point that outlasts a step (PointState in solver/point_state.hpp), in doubles: where its rows of four begin.
+constexpr int kStateStride = 24;
+constexpr int kStateCoreA = 0, kStateCoreB = 4;               // and the radius of each
+constexpr int kStateTangent = 8;                              // and the separation
+constexpr int kStateFriction = 12, kStateFrictionFirst = 16;  // and the warm impulse of the second, and of the first solve
+constexpr int kStateTotal = 20;                               // normal, friction, feature
+
 // What rows are built from.
 struct WideBatchBuild {
     WideVec n_local;
     Wide turns_with_a, turns_with_b;  // 1 or 0: the frame of n_local
     Wide built_turn_a, built_turn_b;
+    double* states[kLanes];       // of each lane's first point, in the manifold cache
+    const double* posed[kLanes];  // the same in the frames of the solver's bodies
+    int counts[kLanes];           // points
 };
 
 struct WidePoint {
@@ -69,14 +79,20 @@ struct WideWarm {
 struct WidePose {
     double x[3], inv_mass;
     double R0[3], turned;
-    double R1[3], unused1;
-    double R2[3], unused2;
-    double I0[3], unused3;
-    double I1[3], unused4;
-    double I2[3], unused5;
+    double R1[3], acceleration_x;  // 0 of what cannot move
+    double R2[3], acceleration_y;
+    double I0[3], acceleration_z;
+    double I1[3], unused1;
+    double I2[3], unused2;
 };
 
 constexpr int kVelocityStride = 8;
+
+// PointLoad, as far as the kernels need it.
+struct WideLoad {
+    double dt, warm_scale;
+    bool fixed_tangents;
+};
 
 // Everything that a kernel works on. Impulses of normal rows and of friction rows lie apart: the first solve and the push need no others.
 struct WideView {
@@ -93,13 +109,15 @@ struct WideView {
     WideImpulse* total;       // size p
     double* velocity;         // (v, w) of each body, in kVelocityStride doubles: BodyVelocity
     const WidePose* poses;    // of each body
+    WideLoad load;
 };
 
 // The stages of a substep (names and meaning as in contact_rows.hpp) over the batches [begin, end), for one instruction set. Every set
 // gives the same bits.
 struct WideKernel {
     const char* name;
-    void (*build)(const WideView&, int begin, int end);                  // all rows, at the start of a step; normals and tangents are there
+    void (*build)(const WideView&, int begin,
+                  int end);  // points from their states, and all rows, at the start of a step; normals are there
     void (*start_first)(const WideView&, int begin, int end, double h);  // sets the targets of the gaps, too
     double (*sweep_normals)(const WideView&, int begin, int end);
     double (*sweep_velocities)(const WideView&, int begin, int end);
@@ -108,6 +126,7 @@ struct WideKernel {
     void (*advance)(const WideView&, int begin, int end, double h, double tolerance);
     void (*start_second)(const WideView&, int begin, int end);  // release and warm start; sets the targets of the velocities, too
     void (*close)(const WideView&, int begin, int end);
+    void (*store)(const WideView&, int begin, int end, double warm_scale);  // impulses, to the states
 };
 
 extern const WideKernel kPortableWideKernel;

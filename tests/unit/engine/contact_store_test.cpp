@@ -40,7 +40,7 @@ Contact fresh_contact(Real size = 1) {
 // Impulses that tell the points apart.
 void set_impulses(Contact& c) {
     for (int k = 0; k < c.manifold(0).count; ++k) {
-        CachedPoint& p = c.manifold(0).points[k];
+        PointState& p = c.manifold(0).points[k];
         p.warm_position = 1 + k;
         p.warm_velocity = 0.1 * (1 + k);
         p.warm_friction = Vec3(0.5 + k, -0.25, 0);
@@ -48,7 +48,7 @@ void set_impulses(Contact& c) {
     }
 }
 
-const CachedPoint& point_of(const Contact& c, std::uint32_t feature) {
+const PointState& point_of(const Contact& c, std::uint32_t feature) {
     for (int k = 0; k < c.manifold(0).count; ++k)
         if (c.manifold(0).points[k].feature == feature) return c.manifold(0).points[k];
     FAIL("no point of feature " << feature);
@@ -83,7 +83,7 @@ TEST_CASE("a contact point keeps its impulses by its feature while the bodies sl
     }
     REQUIRE(c.manifold(0).count == 4);
     for (int k = 0; k < 4; ++k) {
-        const CachedPoint& p = point_of(c, 100 + static_cast<std::uint32_t>(k));
+        const PointState& p = point_of(c, 100 + static_cast<std::uint32_t>(k));
         CHECK(p.warm_position == 1 + k);
         CHECK(p.warm_velocity == 0.1 * (1 + k));
         CHECK(p.warm_friction == Vec3(0.5 + k, -0.25, 0));
@@ -252,7 +252,7 @@ TEST_CASE("a refreshed vertex over a face has its exact separation, whichever bo
         const Vec3 n = owner == NormalOwner::kA ? X_WA.R.col(2) : X_WB.R.col(2);
         CHECK((c.manifold(0).n - n).norm() < kRounding);
         for (int k = 0; k < 4; ++k) {
-            const CachedPoint& p = point_of(c, 100 + static_cast<std::uint32_t>(k));
+            const PointState& p = point_of(c, 100 + static_cast<std::uint32_t>(k));
             const Vec3 corner(k & 1 ? 0.5 : -0.5, k & 2 ? 0.5 : -0.5, 0);
             const Real truth = owner == NormalOwner::kB ? X_WB.to_local(X_WA * Vec3(corner.x(), corner.y(), -0.5)).z()
                                                         : -(X_WA.to_local(X_WB * corner).z() + 0.5);

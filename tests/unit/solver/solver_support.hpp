@@ -164,6 +164,52 @@ struct Island {
         for (PointImpulse& total : contacts.total) total = {};
         return solve_island_si(bodies, contacts, joints, range, dt, settings, wide, probe);
     }
+
+    // The points as a manifold cache has them, for steps from states to states.
+    std::vector<PointState> states;
+
+    // From the pool's geometry, tangents and warm impulses.
+    void make_states() {
+        states.assign(contacts.geometry.size(), {});
+        for (const ContactBlock& block : contacts.blocks)
+            for (int p = block.first; p < block.first + block.count; ++p) {
+                const PointGeometry& g = contacts.geometry[p];
+                const WarmImpulse& warm = contacts.warm[p];
+                PointState& s = states[p];
+                s.core_a_A = g.core_a_A;
+                s.core_b_B = g.core_b_B;
+                s.radius_a = g.radius_a;
+                s.radius_b = g.radius_b;
+                s.warm_position = warm.position;
+                s.warm_velocity = warm.velocity;
+                if (block.friction < 0) continue;
+                const Vec3 t2 = block.n.cross(g.t1);
+                s.t1 = g.t1;
+                s.warm_friction = warm.friction[0] * g.t1 + warm.friction[1] * t2;
+                s.warm_friction_first = warm.friction_first[0] * g.t1 + warm.friction_first[1] * t2;
+            }
+    }
+
+    // With `wide`, which has planned its contacts, or without.
+    SiReport step_states(Real dt, const SiSettings& settings, WideContacts* wide, Real warm_scale = 1, IslandProbe* probe = nullptr) {
+        for (ContactBlock& block : contacts.blocks) {
+            block.states = &states[block.first];
+            orient_normal(block, bodies);
+        }
+        const PointLoad load{dt, settings.model.friction, warm_scale};
+        if (wide) {
+            wide->pack(contacts, bodies, range.body_begin, range.body_end, load);
+        } else {
+            load_points(contacts, range.contacts, bodies, load);
+            build_contacts(contacts, range.contacts, bodies);
+        }
+        const SiReport report = solve_island_si(bodies, contacts, joints, range, dt, settings, wide, probe);
+        if (wide)
+            wide->store();
+        else
+            store_points(contacts, range.contacts);
+        return report;
+    }
 };
 
 // Sum of m v over the dynamic bodies.
