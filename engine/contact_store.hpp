@@ -87,7 +87,7 @@ inline void prefetch_manifold([[maybe_unused]] const Contact& c) {
     for (int line = 0; line < 6; ++line) __builtin_prefetch(first + 64 * line);
 #endif
 }
-constexpr int kPrefetchAhead = 4;  // contacts
+constexpr int kPrefetchAhead = 12;  // contacts
 
 // In a loop over the contacts in slots[0, count), at its k-th: a contact first, and what hangs on it once that has come.
 inline void prefetch_ahead(const std::vector<Contact>& contacts, const std::uint32_t* slots, std::size_t k, std::size_t count) {
