@@ -24,6 +24,7 @@ constexpr double kPassCost = 0.2;
 // A block of the factor, read twice in a solve; found, when the pairs are others.
 constexpr double kBlockCost = 0.35;
 constexpr double kOrderingCost = 2;
+constexpr double kFirstFactorisations = 3;  // of an island that has none yet: it must be able to pay as many as a first solve takes
 // Steps' worth of allowance that an island starts with, and may save: the second for many bodies that are at rest, which is not solved
 // again once it is found to stand. A heap that settles does not stand before long.
 constexpr double kSavings = 40, kSavingsAtRest = 100;
@@ -225,7 +226,7 @@ SolverPlan choose_solver(WorldData& world, IslandWorkspace& work, int index, con
     if (reordered && bodies > kFreeIsland) state.credit -= kOrderingCost * static_cast<double>(state.cache.factor.blocks());
     if (charged && bodies > kFreeIsland) {
         const double affordable = state.credit / factorisation_cost(state, points);
-        if (!state.cache.has_factor && affordable < 1) {
+        if (!state.cache.has_factor && affordable < kFirstFactorisations) {
             wait_longer(state);
             return give_to_sweeps(plan, SolverReason::kSpent);
         }
